@@ -1,0 +1,200 @@
+//! A segment of a round ply: a cylinder cut by two planes (Montazeri et al. 2020, section 5.1).
+//!
+//! Neighbouring segments share their cutting plane, which is perpendicular to the average of their
+//! directions: both cylinders meet it in the same ellipse, so a ply has no cracks.
+
+use glam::DVec3;
+
+use super::bvh::Bounds;
+use super::ray::Ray;
+
+/// A joint of a ply: a point of its centre line and the unit normal of the cutting plane there,
+/// which points along the ply.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Joint {
+    /// The point.
+    pub point: DVec3,
+    /// The normal of the plane: the average tangent.
+    pub tangent: DVec3,
+}
+
+impl Joint {
+    /// The signed distance of `point` beyond the joint's plane.
+    #[inline]
+    pub fn beyond(&self, point: DVec3) -> f64 {
+        (point - self.point).dot(self.tangent)
+    }
+}
+
+/// The piece of a ply between two joints.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Cylinder {
+    start: Joint,
+    end: Joint,
+    axis: DVec3,
+    radius2: f64,
+}
+
+/// A hit on a cylinder may overstep its joints by this much (relative to the radius), since
+/// rounding must not open a crack between two segments; both then answer the same point.
+const OVERSTEP: f64 = 1e-9;
+
+impl Cylinder {
+    /// The segment between two joints that do not coincide.
+    pub fn new(start: Joint, end: Joint, radius: f64) -> Self {
+        let axis = (end.point - start.point).normalize();
+        Self { start, end, axis, radius2: radius * radius }
+    }
+
+    /// A box around the segment.
+    pub fn bounds(&self) -> Bounds {
+        // The joint ellipse reaches radius / cos(angle between axis and plane normal) from its centre.
+        let reach = |joint: &Joint| {
+            let stretch = self.axis.dot(joint.tangent).max(0.1);
+            Bounds::around([joint.point]).grown(self.radius2.sqrt() / stretch)
+        };
+        reach(&self.start).union(reach(&self.end))
+    }
+
+    /// Coefficients of |o + t d|^2 = r^2 perpendicular to the axis: t^2 a + 2 t b + c = 0.
+    #[inline]
+    fn quadratic(&self, ray: &Ray) -> (f64, f64, f64) {
+        let offset = ray.origin - self.start.point;
+        let (along, offset_along) = (ray.direction.dot(self.axis), offset.dot(self.axis));
+        let a = 1.0 - along * along;
+        let b = ray.direction.dot(offset) - along * offset_along;
+        let c = offset.length_squared() - offset_along * offset_along - self.radius2;
+        (a, b, c)
+    }
+
+    /// The distance at which the ray enters from outside, if in (`t_min`, `t_max`).
+    #[inline]
+    pub fn enter(&self, ray: &Ray, t_min: f64, t_max: f64) -> Option<f64> {
+        let (a, b, c) = self.quadratic(ray);
+        let discriminant = b * b - a * c;
+        if b >= 0.0 || discriminant <= 0.0 {
+            return None;
+        }
+        // c / (-b + sqrt(..)) rather than (-b - sqrt(..)) / a: no cancellation near the surface.
+        let t = c / (discriminant.sqrt() - b);
+        if t <= t_min || t >= t_max {
+            return None;
+        }
+        let point = ray.at(t);
+        let overstep = OVERSTEP * self.radius2.sqrt();
+        let inside = self.start.beyond(point) >= -overstep && self.end.beyond(point) <= overstep;
+        inside.then_some(t)
+    }
+
+    /// Where the ray, inside the ply, leaves this segment at or after `t`.
+    #[inline]
+    pub fn leave(&self, ray: &Ray, t: f64) -> Leave {
+        let (a, b, c) = self.quadratic(ray);
+        let root = (b * b - a * c).max(0.0).sqrt();
+        let wall = if a > 0.0 { ((root - b) / a).max(t) } else { f64::INFINITY };
+        let crossing = |joint: &Joint| -joint.beyond(ray.origin) / ray.direction.dot(joint.tangent);
+        if ray.direction.dot(self.end.tangent) > 0.0 {
+            let through = crossing(&self.end);
+            if through < wall {
+                return Leave::Forward(through.max(t));
+            }
+        }
+        if ray.direction.dot(self.start.tangent) < 0.0 {
+            let through = crossing(&self.start);
+            if through < wall {
+                return Leave::Backward(through.max(t));
+            }
+        }
+        Leave::Wall(wall)
+    }
+
+    /// The outward unit normal and the unit tangent at a `point` of the surface, both continuous
+    /// along the ply: the tangent runs from joint to joint, the radius is made perpendicular to it.
+    #[inline]
+    pub fn shading(&self, point: DVec3) -> (DVec3, DVec3) {
+        let behind = self.start.beyond(point) / self.axis.dot(self.start.tangent);
+        let ahead = -self.end.beyond(point) / self.axis.dot(self.end.tangent);
+        let fraction = (behind / (behind + ahead)).clamp(0.0, 1.0);
+        let tangent = self.start.tangent.lerp(self.end.tangent, fraction).normalize();
+        let offset = point - self.start.point;
+        let radial = offset - offset.dot(self.axis) * self.axis;
+        ((radial - radial.dot(tangent) * tangent).normalize(), tangent)
+    }
+}
+
+/// How a ray leaves a segment from inside, and at which distance.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Leave {
+    /// Through the wall: it is out of the ply.
+    Wall(f64),
+    /// Through the far joint, into the next segment.
+    Forward(f64),
+    /// Through the near joint, into the segment before.
+    Backward(f64),
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A segment along x from -2 to 3, of radius 0.5, with slanted ends.
+    fn segment() -> Cylinder {
+        let slanted = |x: f64, z: f64| Joint {
+            point: DVec3::new(x, 1.0, 0.0),
+            tangent: DVec3::new(1.0, 0.0, z).normalize(),
+        };
+        Cylinder::new(slanted(-2.0, 0.2), slanted(3.0, -0.3), 0.5)
+    }
+
+    /// A ray that meets the plane x = `x` at the impact parameter `p` of the axis, with the given
+    /// slope along the axis, from a height of 2.
+    fn ray(x: f64, p: f64, slope: f64) -> Ray {
+        let direction = DVec3::new(slope, 0.0, -1.0).normalize();
+        Ray { origin: DVec3::new(x, 1.0 + p, 0.0) - 2.0 * direction / -direction.z, direction }
+    }
+
+    #[test]
+    fn entry_and_exit_of_a_straight_segment_in_closed_form() {
+        for (p, slope) in [(0.0, 0.0), (0.3, 0.0), (-0.49, 0.7), (0.1, -1.3)] {
+            let ray = ray(0.4, p, slope);
+            let half_chord = (0.25f64 - p * p).sqrt();
+            let stretch = (1.0 + slope * slope).sqrt();
+            let entry = (2.0 - half_chord) * stretch;
+            let t = segment().enter(&ray, 0.0, f64::INFINITY).unwrap();
+            assert!((t - entry).abs() < 1e-12, "{t} {entry}");
+            let inside = Ray { origin: ray.at(t), ..ray };
+            let Leave::Wall(way) = segment().leave(&inside, 0.0) else { panic!("{p} {slope}") };
+            assert!((way - 2.0 * half_chord * stretch).abs() < 1e-12, "{way}");
+        }
+    }
+
+    #[test]
+    fn rays_beside_before_behind_or_out_of_it_miss() {
+        let hit = |ray: &Ray, t_min, t_max| segment().enter(ray, t_min, t_max).is_some();
+        let straight = ray(0.4, 0.0, 0.0);
+        assert!(hit(&straight, 1.4999, 1.5001));
+        assert!(!hit(&straight, 1.5001, 9.0) && !hit(&straight, 0.0, 1.4999));
+        assert!(!hit(&ray(0.4, 0.5001, 0.0), 0.0, 9.0));
+        // The upper side ends at x = -2 - 0.2 * 0.5 and at x = 3 + 0.3 * 0.5.
+        for (x, expected) in [(-2.101, false), (-2.099, true), (3.149, true), (3.151, false)] {
+            assert_eq!(hit(&ray(x, 0.0, 0.0), 0.0, 9.0), expected, "{x}");
+        }
+        let from_inside = Ray { origin: DVec3::new(0.0, 1.2, 0.1), direction: DVec3::Y };
+        assert!(!hit(&from_inside, 0.0, 9.0));
+    }
+
+    #[test]
+    fn a_ray_along_the_axis_leaves_through_the_joints() {
+        let from = |direction| Ray { origin: DVec3::new(0.0, 1.0, 0.0), direction };
+        assert_eq!(segment().leave(&from(DVec3::X), 0.0), Leave::Forward(3.0));
+        assert_eq!(segment().leave(&from(DVec3::NEG_X), 0.0), Leave::Backward(2.0));
+    }
+
+    #[test]
+    fn the_box_holds_the_rims_and_is_not_much_larger() {
+        let bounds = segment().bounds();
+        assert!(bounds.min.x <= -2.1 && bounds.max.x >= 3.15);
+        assert!(bounds.min.z <= -0.5 && bounds.max.z >= 0.5);
+        assert!((bounds.max - bounds.min).max_element() < 6.2);
+    }
+}

@@ -1,0 +1,6 @@
+//! Rays against shapes, and the hierarchy that finds the shapes.
+
+pub mod bilinear;
+pub mod bvh;
+pub mod cylinder;
+pub mod ray;

@@ -1,0 +1,171 @@
+//! A grid of blocks that repeats over the plane, and the walk of a ray through it.
+
+use crate::accel::ray::Ray;
+
+/// The edges of the blocks along one axis, over one tile that repeats without end.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Axis {
+    /// From 0 to the tile's length, ascending.
+    edges: Vec<f64>,
+}
+
+/// A block along one axis: its number inside the tile, and where the tile starts.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Cell {
+    index: usize,
+    tile: f64,
+}
+
+impl Axis {
+    /// The axis of blocks with the given lengths.
+    pub fn new(lengths: impl IntoIterator<Item = f64>) -> Self {
+        let mut edge = 0.0;
+        let mut edges = vec![edge];
+        edges.extend(lengths.into_iter().map(|length| {
+            edge += length;
+            edge
+        }));
+        Self { edges }
+    }
+
+    /// The length of the tile.
+    pub fn period(&self) -> f64 {
+        self.edges[self.len()]
+    }
+
+    /// The number of blocks in the tile.
+    pub fn len(&self) -> usize {
+        self.edges.len() - 1
+    }
+
+    /// Whether the tile holds no blocks.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    #[inline]
+    fn locate(&self, position: f64) -> Cell {
+        let tile = (position / self.period()).floor();
+        let within = position - tile * self.period();
+        let index = if self.len() == 1 {
+            0
+        } else {
+            (self.edges.partition_point(|&edge| edge <= within).max(1) - 1).min(self.len() - 1)
+        };
+        Cell { index, tile }
+    }
+
+    #[inline]
+    fn low(&self, cell: Cell) -> f64 {
+        cell.tile * self.period() + self.edges[cell.index]
+    }
+
+    #[inline]
+    fn high(&self, cell: Cell) -> f64 {
+        cell.tile * self.period() + self.edges[cell.index + 1]
+    }
+
+    #[inline]
+    fn step(&self, cell: Cell, forward: bool) -> Cell {
+        match (forward, cell.index) {
+            (true, i) if i + 1 < self.len() => Cell { index: i + 1, ..cell },
+            (true, _) => Cell { index: 0, tile: cell.tile + 1.0 },
+            (false, 0) => Cell { index: self.len() - 1, tile: cell.tile - 1.0 },
+            (false, i) => Cell { index: i - 1, ..cell },
+        }
+    }
+}
+
+/// A block met on a walk.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Visit {
+    /// Column and row of the block in the tile.
+    pub block: [usize; 2],
+    /// Where the block's corner lies.
+    pub corner: [f64; 2],
+    /// Where the ray enters the block's footprint.
+    pub t_enter: f64,
+    /// Where the ray leaves it.
+    pub t_leave: f64,
+}
+
+/// Calls `visit` for the blocks whose footprints the ray crosses between `t_min` and `t_max`, in
+/// order, until it answers something. The cost grows with the number of blocks crossed.
+#[inline]
+pub fn walk<R>(
+    axes: &[Axis; 2],
+    ray: &Ray,
+    t_min: f64,
+    t_max: f64,
+    mut visit: impl FnMut(Visit) -> Option<R>,
+) -> Option<R> {
+    let start = ray.at(t_min);
+    let mut cells = [axes[0].locate(start.x), axes[1].locate(start.y)];
+    let mut t = t_min;
+    let inverse = [ray.direction.x.recip(), ray.direction.y.recip()];
+    loop {
+        let leave = |axis: usize| {
+            let forward = inverse[axis] > 0.0;
+            let cell = cells[axis];
+            let edge = if forward { axes[axis].high(cell) } else { axes[axis].low(cell) };
+            // A ray along the other axis never crosses: infinite, and NaN becomes infinite too.
+            let t = (edge - ray.origin[axis]) * inverse[axis];
+            if inverse[axis].is_finite() { t } else { f64::INFINITY }
+        };
+        let crossings = [leave(0), leave(1)];
+        let axis = usize::from(crossings[1] < crossings[0]);
+        let t_leave = crossings[axis].max(t).min(t_max);
+        let found = visit(Visit {
+            block: [cells[0].index, cells[1].index],
+            corner: [axes[0].low(cells[0]), axes[1].low(cells[1])],
+            t_enter: t,
+            t_leave,
+        });
+        if found.is_some() || t_leave >= t_max {
+            return found;
+        }
+        cells[axis] = axes[axis].step(cells[axis], inverse[axis] > 0.0);
+        t = t_leave;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DVec3;
+
+    fn visits(axes: &[Axis; 2], ray: &Ray, t_max: f64) -> Vec<Visit> {
+        let mut all = Vec::new();
+        let nothing: Option<()> = walk(axes, ray, 0.0, t_max, |visit| {
+            all.push(visit);
+            None
+        });
+        assert!(nothing.is_none());
+        all
+    }
+
+    /// Points along the ray lie in the footprint of the block that the walk says.
+    #[test]
+    fn every_point_of_a_ray_is_in_the_block_visited_there() {
+        let axes = [Axis::new([1.0, 0.5, 2.0]), Axis::new([0.7])];
+        for (x, y) in [(1.0, 0.3), (-0.8, 0.5), (0.2, -1.0), (1.0, 0.0), (0.0, -1.0), (-0.1, -0.9)]
+        {
+            let direction = DVec3::new(x, y, -0.1).normalize();
+            let ray = Ray { origin: DVec3::new(-3.3, 7.9, 0.2), direction };
+            let all = visits(&axes, &ray, 25.0);
+            assert_eq!((all[0].t_enter, all.last().unwrap().t_leave), (0.0, 25.0));
+            for (visit, next) in all.iter().zip(all.iter().skip(1)) {
+                assert_eq!(visit.t_leave, next.t_enter);
+            }
+            for visit in all {
+                let middle = ray.at(0.5 * (visit.t_enter + visit.t_leave));
+                for axis in 0..2 {
+                    let edges = &axes[axis].edges;
+                    let size = edges[visit.block[axis] + 1] - edges[visit.block[axis]];
+                    let within = middle[axis] - visit.corner[axis];
+                    assert!((-1e-9..=size + 1e-9).contains(&within), "{visit:?} {middle}");
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,200 @@
+//! The layout of a cloth: one tile of blocks, each with the plan of its yarns.
+
+use super::block::{BlockPlan, YarnForms};
+use super::grid::Axis;
+use super::spec::{ClothSpec, YarnSpec};
+use super::twist::Twist;
+use super::yarn_path::{YarnPath, YarnSet};
+use crate::weave::curve::HeightCurve;
+
+/// Ends and picks in a block: small blocks are traced fastest.
+const BLOCK_CROSSINGS: usize = 2;
+
+/// Heights and slopes are rounded to this part of the mean spacing (of one), so that blocks that look
+/// the same compare equal: relaxation lets the yarns of a large pattern drift by less than shows.
+const HEIGHT_QUANTUM: f64 = 1.0 / 1024.0;
+
+/// One direction of yarns over the tile.
+struct YarnLayout<'a> {
+    spec: &'a YarnSpec,
+    /// Rounded heights and slopes at the knots of each yarn, in quanta.
+    knots: Vec<Vec<[i64; 2]>>,
+    /// Yarns in the tile.
+    count: usize,
+    twist: Twist,
+    /// Yarns beyond a block's edge that may reach into it.
+    neighbours: i64,
+}
+
+/// A block of the tile.
+pub struct Placed {
+    /// Equal for blocks whose plans are.
+    pub key: Vec<i64>,
+    /// The plan.
+    pub plan: BlockPlan,
+    /// The height at which the plan's zero lies.
+    pub height: f64,
+}
+
+/// The tile: the pattern, repeated until twists repeat too, but no larger than the swatch needs.
+pub struct Layout<'a> {
+    sets: [YarnLayout<'a>; 2],
+    /// The shapes of its yarns.
+    pub forms: YarnForms,
+    quantum: f64,
+}
+
+impl<'a> Layout<'a> {
+    /// The tile of a cloth whose yarns have the given heights, for a swatch of `size`.
+    pub fn new(spec: &'a ClothSpec, curves: [&[HeightCurve]; 2], size: [f64; 2]) -> Self {
+        let unit = spec.unit();
+        let yarns = [&spec.warp, &spec.weft];
+        let mean = |spacing: &[f64]| spacing.iter().sum::<f64>() / spacing.len() as f64;
+        let sets = [0, 1].map(|axis| {
+            let (spec, crossing) = (yarns[axis], yarns[1 - axis]);
+            let period = spec.spacing.len();
+            let other = Twist::new(&crossing.shape, mean(&spec.spacing));
+            let whole = period * other.repeats(period);
+            let needed = (size[axis] / spec.spacing.iter().sum::<f64>()).ceil() as usize * period;
+            YarnLayout {
+                spec,
+                knots: curves[axis].iter().map(quantised).collect(),
+                count: needed.min(whole),
+                twist: Twist::new(&spec.shape, mean(&crossing.spacing)),
+                neighbours: (spec.shape.reach() / min(&spec.spacing)).ceil() as i64,
+            }
+        });
+        let forms = YarnForms {
+            warp: (spec.warp.shape, sets[0].twist),
+            weft: (spec.weft.shape, sets[1].twist),
+        };
+        Self { sets, forms, quantum: HEIGHT_QUANTUM * unit }
+    }
+
+    /// The edges of its blocks along x and y.
+    pub fn axes(&self) -> [Axis; 2] {
+        [0, 1].map(|axis| {
+            let set = &self.sets[axis];
+            Axis::new(self.starts(axis).map(|first| {
+                let last = (first + BLOCK_CROSSINGS).min(set.count);
+                (first..last).map(|yarn| set.spacing(yarn as i64)).sum::<f64>()
+            }))
+        })
+    }
+
+    fn starts(&self, axis: usize) -> impl Iterator<Item = usize> {
+        (0..self.sets[axis].count).step_by(BLOCK_CROSSINGS)
+    }
+
+    /// The first end (or pick) of each column (or row) of blocks.
+    pub fn first_yarns(&self, axis: usize) -> Vec<usize> {
+        self.starts(axis).collect()
+    }
+
+    /// The lowest and highest point of all centre lines.
+    pub fn height_range(&self) -> [f64; 2] {
+        let heights =
+            self.sets.iter().flat_map(|set| set.knots.iter().flatten().map(|knot| knot[0]));
+        let range = heights.fold([0, 0], |[low, high], h| [low.min(h), high.max(h)]);
+        range.map(|h| h as f64 * self.quantum)
+    }
+
+    /// The plan of a block, a key that equal plans share, and the height that the plan is seen from:
+    /// that of a knot in it, since cloth rises and falls over many blocks.
+    pub fn block(&self, block: [usize; 2]) -> Placed {
+        let ranges = [0, 1].map(|axis| {
+            let first = block[axis] * BLOCK_CROSSINGS;
+            [first as i64, (first + BLOCK_CROSSINGS).min(self.sets[axis].count) as i64]
+        });
+        let size = [0, 1].map(|axis| {
+            (ranges[axis][0]..ranges[axis][1]).map(|yarn| self.sets[axis].spacing(yarn)).sum()
+        });
+        let [ends, picks] = &self.sets;
+        let base = ends.knots[ends.index(ranges[0][0])][2 * picks.index(ranges[1][0])][0];
+        let mut key = vec![ranges[0][1] - ranges[0][0], ranges[1][1] - ranges[1][0]];
+        let mut yarns = Vec::new();
+        for (axis, direction) in [(0, YarnSet::Warp), (1, YarnSet::Weft)] {
+            let [first, last] = ranges[axis];
+            let around = self.sets[axis].neighbours;
+            for yarn in first - around..last + around {
+                let offset = self.sets[axis].offset(first, yarn);
+                let path = self.path(direction, yarn, offset, base, ranges[1 - axis], &mut key);
+                yarns.push(((yarn - first) as i32, path));
+            }
+        }
+        Placed { key, plan: BlockPlan { size, yarns }, height: base as f64 * self.quantum }
+    }
+
+    /// The stretch of a yarn past a block; what it depends on is added to `key`.
+    fn path(
+        &self,
+        direction: YarnSet,
+        yarn: i64,
+        offset: f64,
+        base: i64,
+        [first, last]: [i64; 2],
+        key: &mut Vec<i64>,
+    ) -> YarnPath {
+        let (set, other) = (&self.sets[direction as usize], &self.sets[1 - direction as usize]);
+        let margin = set.margin(min(&other.spec.spacing));
+        let crossings = first - margin..last + margin;
+        let slots: Vec<f64> = crossings.clone().map(|crossing| other.spacing(crossing)).collect();
+        let knots = &set.knots[set.index(yarn)];
+        let indices = crossings.clone().flat_map(|crossing| {
+            let slot = 2 * other.index(crossing);
+            [slot, slot + 1]
+        });
+        let end = 2 * other.index(crossings.end);
+        let knots: Vec<[i64; 2]> =
+            indices.chain([end]).map(|index| lowered(knots[index % knots.len()], base)).collect();
+        let phase = set.twist.phase(crossings.start);
+        key.extend([phase, offset.to_bits() as i64]);
+        key.extend(slots.iter().map(|slot| slot.to_bits() as i64));
+        key.extend(knots.iter().flatten());
+        let real = |[height, slope]: [i64; 2]| {
+            (height as f64 * self.quantum, slope as f64 * HEIGHT_QUANTUM)
+        };
+        let start = -slots[..margin as usize].iter().sum::<f64>();
+        let knots = knots.into_iter().map(real).collect();
+        YarnPath { set: direction, offset, start, slots, knots, phase }
+    }
+}
+
+impl YarnLayout<'_> {
+    /// The yarn of the pattern that is number `yarn` of the tile.
+    fn index(&self, yarn: i64) -> usize {
+        yarn.rem_euclid(self.spec.spacing.len() as i64) as usize
+    }
+
+    fn spacing(&self, yarn: i64) -> f64 {
+        self.spec.spacing[self.index(yarn)]
+    }
+
+    /// Where the centre of `yarn` lies, seen from the start of yarn `first`'s slot.
+    fn offset(&self, first: i64, yarn: i64) -> f64 {
+        let between: f64 = if yarn >= first {
+            (first..yarn).map(|i| self.spacing(i)).sum()
+        } else {
+            -(yarn..first).map(|i| self.spacing(i)).sum::<f64>()
+        };
+        between + 0.5 * self.spacing(yarn)
+    }
+
+    /// Crossings to store beyond a block's edges: enough to follow any ray out of a ply.
+    fn margin(&self, crossing: f64) -> i64 {
+        (3.0 * self.spec.shape.reach() / crossing).ceil().max(1.0) as i64
+    }
+}
+
+fn lowered([height, slope]: [i64; 2], base: i64) -> [i64; 2] {
+    [height - base, slope]
+}
+
+fn quantised(curve: &HeightCurve) -> Vec<[i64; 2]> {
+    let round = |value: f64| (value / HEIGHT_QUANTUM).round() as i64;
+    curve.height.iter().zip(&curve.slope).map(|(&h, &slope)| [round(h), round(slope)]).collect()
+}
+
+fn min(values: &[f64]) -> f64 {
+    values.iter().copied().fold(f64::INFINITY, f64::min)
+}

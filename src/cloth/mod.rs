@@ -1,0 +1,9 @@
+//! Cloth as geometry: relaxed yarns, their plies, and the walk of a ray through a swatch.
+
+pub mod block;
+pub mod grid;
+mod layout;
+pub mod spec;
+pub mod swatch;
+pub mod twist;
+pub mod yarn_path;

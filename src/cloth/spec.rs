@@ -1,0 +1,145 @@
+//! What a cloth is made of, in millimetres.
+
+use crate::error::{Error, Result, check_range};
+use crate::weave::pattern::WeavePattern;
+use crate::weave::problem::{RelaxProblem, YarnSet};
+
+/// The cross section of a yarn.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum YarnShape {
+    /// Twisted plies with circular cross sections.
+    Round {
+        /// The radius of the whole yarn.
+        radius: f64,
+        /// How many plies, 1 to 12.
+        plies: usize,
+        /// The radius of each ply.
+        ply_radius: f64,
+        /// The length of a turn of the plies; negative turns clockwise.
+        pitch: f64,
+    },
+    /// A ribbon.
+    Flat {
+        /// Its width.
+        width: f64,
+        /// Its thickness, which keeps crossing ribbons apart.
+        thickness: f64,
+    },
+}
+
+impl YarnShape {
+    /// The distance of the ply centres from the yarn's centre.
+    pub fn helix_radius(&self) -> f64 {
+        match *self {
+            Self::Round { radius, plies, ply_radius, .. } if plies > 1 => radius - ply_radius,
+            _ => 0.0,
+        }
+    }
+
+    /// The radius with which the yarn collides with others.
+    pub fn collision_radius(&self) -> f64 {
+        match *self {
+            Self::Round { radius, .. } => radius,
+            Self::Flat { thickness, .. } => 0.5 * thickness,
+        }
+    }
+
+    /// How far the yarn's surface is from its centre line at most.
+    pub fn reach(&self) -> f64 {
+        match *self {
+            Self::Round { ply_radius, .. } => self.helix_radius() + ply_radius,
+            Self::Flat { width, .. } => 0.5 * width,
+        }
+    }
+
+    fn check(&self, name: &str) -> Result<()> {
+        let positive = |field: &str, value| {
+            check_range(&format!("{name}.{field}"), value, f64::MIN_POSITIVE, f64::MAX).map(drop)
+        };
+        match *self {
+            Self::Round { radius, plies, ply_radius, pitch } => {
+                positive("radius_mm", radius)?;
+                positive("ply_radius_mm", ply_radius)?;
+                positive("pitch_mm", pitch.abs())?;
+                check_range(&format!("{name}.plies"), plies as f64, 1.0, 12.0)?;
+                check_range(&format!("{name}.ply_radius_mm"), ply_radius, 0.0, radius).map(drop)
+            }
+            Self::Flat { width, thickness } => {
+                positive("width_mm", width)?;
+                positive("thickness_mm", thickness)
+            }
+        }
+    }
+}
+
+/// The yarns of one direction.
+#[derive(Debug, Clone, PartialEq)]
+pub struct YarnSpec {
+    /// Their cross section.
+    pub shape: YarnShape,
+    /// Their stiffness in the relaxation.
+    pub stiffness: f64,
+    /// The width of each yarn's slot, across the yarn.
+    pub spacing: Vec<f64>,
+}
+
+/// A woven cloth: ends run along y, picks along x, the first pick at the top.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ClothSpec {
+    /// The weave.
+    pub pattern: WeavePattern,
+    /// The ends.
+    pub warp: YarnSpec,
+    /// The picks.
+    pub weft: YarnSpec,
+    /// The collision coefficient k_c of Eq. 3.
+    pub collision_stiffness: f64,
+}
+
+impl ClothSpec {
+    /// Passes the description on if every number in it makes sense.
+    pub fn checked(self) -> Result<Self> {
+        for (name, yarns, count) in
+            [("warp", &self.warp, self.pattern.ends), ("weft", &self.weft, self.pattern.picks)]
+        {
+            yarns.shape.check(name)?;
+            if yarns.spacing.len() != count {
+                let problem = format!("has {} values for {count} yarns", yarns.spacing.len());
+                return Err(Error::invalid(format!("{name}_spacing_mm"), problem));
+            }
+        }
+        Ok(self)
+    }
+
+    /// The unit of weave space: the spacing, averaged over ends and picks.
+    pub fn unit(&self) -> f64 {
+        let mean =
+            |yarns: &YarnSpec| yarns.spacing.iter().sum::<f64>() / yarns.spacing.len() as f64;
+        0.5 * (mean(&self.warp) + mean(&self.weft))
+    }
+
+    /// The same cloth with its picks counted from the bottom, as they lie along y.
+    pub fn bottom_up(&self) -> Self {
+        let mut flipped = self.clone();
+        let rows: Vec<_> = self.pattern.warp_up.chunks_exact(self.pattern.ends).rev().collect();
+        flipped.pattern.warp_up = rows.concat();
+        flipped.weft.spacing.reverse();
+        flipped
+    }
+
+    /// The relaxation of this cloth, in units of [`ClothSpec::unit`].
+    pub fn relax_problem(&self) -> RelaxProblem {
+        let unit = self.unit();
+        let set = |yarns: &YarnSpec| YarnSet {
+            radius: vec![yarns.shape.collision_radius() / unit; yarns.spacing.len()],
+            stiffness: vec![yarns.stiffness; yarns.spacing.len()],
+            spacing: yarns.spacing.iter().map(|spacing| spacing / unit).collect(),
+        };
+        RelaxProblem {
+            pattern: self.pattern.clone(),
+            warp: set(&self.warp),
+            weft: set(&self.weft),
+            collision_stiffness: self.collision_stiffness,
+        }
+    }
+}

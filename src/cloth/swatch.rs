@@ -1,0 +1,211 @@
+//! A flat swatch of cloth: one tile of blocks, repeated within a rectangle.
+//!
+//! Memory and start-up time grow with the number of *different* blocks, not with the size of the
+//! swatch; a ray costs as many block visits as its stretch inside the cloth crosses.
+
+use std::collections::HashMap;
+use std::sync::OnceLock;
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::block::{Block, BlockPlan, SurfacePoint, YarnForms};
+use super::grid::{Axis, Visit, walk};
+use super::layout::{Layout, Placed};
+use super::spec::ClothSpec;
+use super::yarn_path::YarnSet;
+use crate::accel::ray::Ray;
+use crate::control::Control;
+use crate::error::Result;
+use crate::weave::relax::relax;
+
+/// A surface closer than this part of the mean spacing is the one a ray starts from.
+const SELF_HIT_DISTANCE: f64 = 1e-6;
+
+/// A swatch, ready for rays.
+#[derive(Debug)]
+pub struct Swatch {
+    forms: YarnForms,
+    axes: [Axis; 2],
+    plans: Vec<BlockPlan>,
+    blocks: Vec<OnceLock<Block>>,
+    /// The plan of each block of the tile, row by row, and the height at which its zero lies.
+    plan_of: Vec<(u32, f64)>,
+    /// Ends and picks in the pattern.
+    counts: [usize; 2],
+    /// The first end and pick of each column and row of blocks.
+    first_yarn: [Vec<usize>; 2],
+    size: [f64; 2],
+    heights: [f64; 2],
+    t_min: f64,
+}
+
+/// A place where a ray enters a yarn.
+#[derive(Debug, Clone, Copy)]
+pub struct Hit {
+    /// The distance along the ray.
+    pub t: f64,
+    /// Which way the yarn runs.
+    pub set: YarnSet,
+    /// Which of the pattern's ends (or picks, counted from the bottom).
+    pub yarn: usize,
+    /// Normal and tangent.
+    pub surface: SurfacePoint,
+    plan: u32,
+    shape: u32,
+    corner: DVec3,
+}
+
+/// The stretch of a ray inside the swatch.
+struct Clipped {
+    /// It, in the grid's coordinates.
+    ray: Ray,
+    /// Where along the whole ray it starts; the other distances are measured from there.
+    start: f64,
+    /// The least distance of a hit.
+    t_min: f64,
+    /// Its length.
+    t_max: f64,
+}
+
+impl Swatch {
+    /// Relaxes the cloth and lays out its blocks; `size` is that of the swatch in millimetres.
+    pub fn new(spec: &ClothSpec, size: [f64; 2], control: &Control) -> Result<Self> {
+        let spec = spec.bottom_up();
+        let relaxed = relax(&spec.relax_problem(), control)?;
+        let layout = Layout::new(&spec, [&relaxed.warp, &relaxed.weft], size);
+        let axes = layout.axes();
+        let [columns, rows] = [axes[0].len(), axes[1].len()];
+        let (plans, plan_of) = distinct(&layout, columns, rows);
+        // A little more than the yarns' own: joints of bent plies are wider than the plies.
+        let reach = 1.25 * spec.warp.shape.reach().max(spec.weft.shape.reach());
+        let [low, high] = layout.height_range();
+        Ok(Self {
+            forms: layout.forms,
+            blocks: plans.iter().map(|_| OnceLock::new()).collect(),
+            plans,
+            plan_of,
+            counts: [spec.pattern.ends, spec.pattern.picks],
+            first_yarn: [0, 1].map(|axis| layout.first_yarns(axis)),
+            axes,
+            size,
+            heights: [low - reach, high + reach],
+            t_min: SELF_HIT_DISTANCE * spec.unit(),
+        })
+    }
+
+    /// How many different blocks the swatch is made of.
+    pub fn distinct_blocks(&self) -> usize {
+        self.plans.len()
+    }
+
+    /// The nearest yarn that the ray enters from outside.
+    #[inline]
+    pub fn nearest(&self, ray: &Ray) -> Option<Hit> {
+        let Clipped { ray, start, t_min, t_max } = self.clip(ray, f64::INFINITY)?;
+        walk(&self.axes, &ray, 0.0, t_max, |visit| {
+            let (plan, corner) = self.visited(&visit);
+            let local = ray.shifted(corner);
+            let block = self.block(plan);
+            let slack = self.t_min;
+            let (t_enter, t_leave) = (visit.t_enter - slack, visit.t_leave + slack);
+            let (shape, t) = block.nearest(&local, t_enter.max(t_min), t_leave)?;
+            let strand = block.strand(shape);
+            let axis = strand.set as usize;
+            let yarn = self.first_yarn[axis][visit.block[axis]] as i64 + i64::from(strand.yarn);
+            Some(Hit {
+                t: start + t,
+                set: strand.set,
+                yarn: yarn.rem_euclid(self.counts[axis] as i64) as usize,
+                surface: block.surface(shape, &local, t),
+                plan,
+                shape: shape as u32,
+                corner,
+            })
+        })
+    }
+
+    /// Whether the ray enters any yarn before `t_max`.
+    #[inline]
+    pub fn occluded(&self, ray: &Ray, t_max: f64) -> bool {
+        let Some(clipped) = self.clip(ray, t_max) else { return false };
+        let Clipped { ray, t_min, t_max, .. } = clipped;
+        let found = walk(&self.axes, &ray, 0.0, t_max, |visit| {
+            let (plan, corner) = self.visited(&visit);
+            let slack = self.t_min;
+            let (t_enter, t_leave) = (visit.t_enter - slack, visit.t_leave + slack);
+            let (t_enter, t_leave) = (t_enter.max(t_min), t_leave.min(t_max));
+            self.block(plan).any(&ray.shifted(corner), t_enter, t_leave).then_some(())
+        });
+        found.is_some()
+    }
+
+    /// Where a ray that starts at `hit`, inside the ply, leaves that ply: the distance, and the
+    /// surface there. A ribbon is left where it was entered.
+    #[inline]
+    pub fn leave(&self, hit: &Hit, ray: &Ray) -> (f64, SurfacePoint) {
+        let local = self.to_grid(ray).shifted(hit.corner);
+        let block = self.block(hit.plan);
+        let (shape, t) = block.leave(hit.shape as usize, &local);
+        (t, block.surface(shape, &local, t))
+    }
+
+    /// The stretch of the ray inside the swatch, if any. It starts there, since what a far camera
+    /// sees would suffer from rounding.
+    #[inline]
+    fn clip(&self, ray: &Ray, t_max: f64) -> Option<Clipped> {
+        let ray = self.to_grid(ray);
+        let slabs = [
+            ray.slab(0, 0.0, self.size[0]),
+            ray.slab(1, -self.size[1], 0.0),
+            ray.slab(2, self.heights[0], self.heights[1]),
+        ];
+        let start = slabs.iter().fold(0.0, |t: f64, slab| t.max(slab.0));
+        let end = slabs.iter().fold(t_max, |t: f64, slab| t.min(slab.1));
+        (start < end).then(|| Clipped {
+            ray: Ray { origin: ray.at(start), ..ray },
+            start,
+            t_min: self.t_min - start,
+            t_max: end - start,
+        })
+    }
+
+    /// Grid coordinates have their origin at the swatch's top left corner.
+    #[inline]
+    fn to_grid(&self, ray: &Ray) -> Ray {
+        ray.shifted(DVec3::new(-0.5 * self.size[0], 0.5 * self.size[1], 0.0))
+    }
+
+    #[inline]
+    fn visited(&self, visit: &Visit) -> (u32, DVec3) {
+        let [column, row] = visit.block;
+        let (plan, height) = self.plan_of[row * self.axes[0].len() + column];
+        (plan, DVec3::new(visit.corner[0], visit.corner[1], height))
+    }
+
+    #[inline]
+    fn block(&self, plan: u32) -> &Block {
+        let plan = plan as usize;
+        self.blocks[plan].get_or_init(|| Block::new(&self.plans[plan], &self.forms))
+    }
+}
+
+/// The different plans of a tile, and for each of its blocks the number of its plan and its height.
+fn distinct(layout: &Layout, columns: usize, rows: usize) -> (Vec<BlockPlan>, Vec<(u32, f64)>) {
+    let mut numbers = HashMap::new();
+    let mut plans = Vec::new();
+    let mut plan_of = Vec::with_capacity(columns * rows);
+    // A row at a time: plans that are there already are not kept.
+    for row in 0..rows {
+        let placed: Vec<_> =
+            (0..columns).into_par_iter().map(|column| layout.block([column, row])).collect();
+        for Placed { key, plan, height } in placed {
+            let number = *numbers.entry(key).or_insert_with(|| {
+                plans.push(plan);
+                plans.len() as u32 - 1
+            });
+            plan_of.push((number, height));
+        }
+    }
+    (plans, plan_of)
+}

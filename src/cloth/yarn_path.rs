@@ -1,0 +1,110 @@
+//! A stretch of one yarn: its centre line, and the joints of its plies or the edges of its ribbon
+//! (Montazeri et al. 2020, sections 3.2 and 5.1).
+
+use glam::DVec3;
+
+use super::spec::YarnShape;
+use super::twist::Twist;
+use crate::accel::bilinear::Edge;
+use crate::accel::cylinder::Joint;
+use crate::weave::curve::Segment;
+
+/// Segments of a ply (or patches of a ribbon) from one crossing to the next.
+pub const SEGMENTS_PER_CROSSING: usize = 8;
+
+/// Which way a yarn runs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum YarnSet {
+    /// Along y.
+    Warp,
+    /// Along x.
+    Weft,
+}
+
+/// A stretch of some crossings of one yarn.
+#[derive(Debug, Clone, PartialEq)]
+pub struct YarnPath {
+    /// Which way it runs.
+    pub set: YarnSet,
+    /// Where it lies across its direction.
+    pub offset: f64,
+    /// Where the stretch starts along its direction.
+    pub start: f64,
+    /// The length of the yarn in each crossing's slot.
+    pub slots: Vec<f64>,
+    /// Height and slope at the knots: two per slot (its start and its middle) and one at the end.
+    pub knots: Vec<(f64, f64)>,
+    /// The phase of the twist at the start.
+    pub phase: i64,
+}
+
+/// The centre line's local frame at some place along it.
+struct Station {
+    center: DVec3,
+    tangent: DVec3,
+    side: DVec3,
+    normal: DVec3,
+    /// Slots passed since the start.
+    crossings: f64,
+}
+
+impl YarnPath {
+    /// The joints of ply `ply` of a round yarn.
+    pub fn ply(&self, shape: &YarnShape, twist: Twist, ply: usize) -> Vec<Joint> {
+        let helix_radius = shape.helix_radius();
+        let points: Vec<_> = self
+            .stations()
+            .map(|station| {
+                let (sin, cos) = twist.angle(self.phase, station.crossings, ply).sin_cos();
+                station.center + helix_radius * (cos * station.side + sin * station.normal)
+            })
+            .collect();
+        let chord = |i: usize| (points[i + 1] - points[i]).normalize();
+        let last = points.len() - 1;
+        let tangent = |i: usize| (chord(i.max(1) - 1) + chord(i.min(last - 1))).normalize();
+        points.iter().enumerate().map(|(i, &point)| Joint { point, tangent: tangent(i) }).collect()
+    }
+
+    /// The edges of a ribbon of the given width.
+    pub fn ribbon(&self, width: f64) -> Vec<Edge> {
+        self.stations()
+            .map(|Station { center, side, normal, tangent, .. }| {
+                let half = 0.5 * width * side;
+                Edge { left: center - half, right: center + half, normal, tangent }
+            })
+            .collect()
+    }
+
+    fn stations(&self) -> impl Iterator<Item = Station> + '_ {
+        let mut starts = vec![self.start];
+        starts.extend(self.slots.iter().scan(self.start, |end, slot| {
+            *end += slot;
+            Some(*end)
+        }));
+        let count = self.slots.len() * SEGMENTS_PER_CROSSING;
+        (0..=count).map(move |step| {
+            let slot = (step / SEGMENTS_PER_CROSSING).min(self.slots.len() - 1);
+            let fraction =
+                (step - slot * SEGMENTS_PER_CROSSING) as f64 / SEGMENTS_PER_CROSSING as f64;
+            self.station(slot, starts[slot], fraction)
+        })
+    }
+
+    fn station(&self, slot: usize, start: f64, fraction: f64) -> Station {
+        let half = usize::from(fraction > 0.5);
+        let knot = 2 * slot + half;
+        let length = self.slots[slot];
+        let t = 2.0 * fraction - half as f64;
+        let [(h0, m0), (h1, m1)] = [self.knots[knot], self.knots[knot + 1]];
+        let segment = Segment { length: 0.5 * length, height: [h0, h1], slope: [m0, m1] };
+        let (height, slope) = segment.eval(t);
+        let along = start + fraction * length;
+        let (center, direction, side) = match self.set {
+            YarnSet::Warp => (DVec3::new(self.offset, along, height), DVec3::Y, DVec3::X),
+            YarnSet::Weft => (DVec3::new(along, self.offset, height), DVec3::X, DVec3::NEG_Y),
+        };
+        let tangent = (direction + slope * DVec3::Z).normalize();
+        let crossings = slot as f64 + fraction;
+        Station { center, tangent, side, normal: side.cross(tangent), crossings }
+    }
+}

@@ -1,0 +1,6 @@
+//! Numbers and frames that everything else stands on.
+
+pub mod color;
+pub mod dual;
+pub mod frame;
+pub mod rng;

@@ -1,0 +1,319 @@
+//! Reads the Python descriptions (frozen dataclasses) into the core's values.
+
+use std::collections::HashMap;
+
+use glam::DVec3;
+use numpy::ndarray::ArrayView1;
+use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3};
+use pyo3::prelude::*;
+
+use crate::cloth::spec::{ClothSpec, YarnShape, YarnSpec};
+use crate::error::{Error, Result};
+use crate::math::color::Rgb;
+use crate::render::camera::{Camera, Projection};
+use crate::render::light::{Environment, Light, Rectangle};
+use crate::render::scene::{Material, Materials};
+use crate::scatter::body::BodyKind;
+use crate::scatter::ggx::Ggx;
+use crate::scatter::ply::{PlyBsdf, PlyParameters};
+use crate::weave::pattern::WeavePattern;
+
+type Triple = [f64; 3];
+
+/// `plycloth.PlyBsdf`.
+#[derive(FromPyObject)]
+pub struct PlyBsdfDescription {
+    eta: f64,
+    specular_tint: Triple,
+    transmission_tint: Triple,
+    base_color: Triple,
+    transmitted_color: Triple,
+    body_reflection: f64,
+    extinction: f64,
+    roughness: [f64; 2],
+    exit_roughness: [f64; 2],
+    body: String,
+}
+
+impl PlyBsdfDescription {
+    /// The core's parameters, with `tint` on the colours that a yarn's dye changes.
+    pub fn parameters(&self, tint: Rgb) -> Result<PlyParameters> {
+        let ggx = |[along, across]: [f64; 2]| Ggx { along, across };
+        PlyParameters {
+            eta: self.eta,
+            specular_tint: self.specular_tint.into(),
+            transmission_tint: tint * Rgb::from(self.transmission_tint),
+            base_color: tint * Rgb::from(self.base_color),
+            transmitted_color: tint * Rgb::from(self.transmitted_color),
+            body_reflection: self.body_reflection,
+            extinction: self.extinction,
+            roughness: ggx(self.roughness),
+            exit_roughness: ggx(self.exit_roughness),
+            body: body_kind(&self.body)?,
+        }
+        .checked()
+    }
+}
+
+/// The form of the body reflection that `name` stands for.
+pub fn body_kind(name: &str) -> Result<BodyKind> {
+    match name {
+        "conserving" => Ok(BodyKind::Conserving),
+        "printed" => Ok(BodyKind::Printed),
+        other => {
+            let problem = format!("is '{other}', but must be 'conserving' or 'printed'");
+            Err(Error::invalid("body", problem))
+        }
+    }
+}
+
+/// `plycloth.DiffuseBsdf`.
+#[derive(FromPyObject)]
+pub struct DiffuseDescription {
+    reflectance: Triple,
+}
+
+#[derive(FromPyObject)]
+enum BsdfDescription {
+    Ply(PlyBsdfDescription),
+    Diffuse(DiffuseDescription),
+}
+
+impl BsdfDescription {
+    fn material(&self, tint: Rgb) -> Result<Material> {
+        match self {
+            Self::Ply(ply) => Ok(Material::Ply(Box::new(PlyBsdf::new(ply.parameters(tint)?)?))),
+            Self::Diffuse(DiffuseDescription { reflectance }) => {
+                Ok(Material::Diffuse { reflectance: tint * Rgb::from(*reflectance) })
+            }
+        }
+    }
+}
+
+#[derive(FromPyObject)]
+struct RoundDescription {
+    radius_mm: f64,
+    plies: usize,
+    pitch: f64,
+    ply_radius: f64,
+}
+
+#[derive(FromPyObject)]
+struct FlatDescription {
+    width_mm: f64,
+    thickness: f64,
+}
+
+#[derive(FromPyObject)]
+enum ShapeDescription {
+    Round(RoundDescription),
+    Flat(FlatDescription),
+}
+
+impl From<&ShapeDescription> for YarnShape {
+    fn from(description: &ShapeDescription) -> Self {
+        match *description {
+            ShapeDescription::Round(RoundDescription { radius_mm, plies, pitch, ply_radius }) => {
+                Self::Round { radius: radius_mm, plies, ply_radius, pitch }
+            }
+            ShapeDescription::Flat(FlatDescription { width_mm, thickness }) => {
+                Self::Flat { width: width_mm, thickness }
+            }
+        }
+    }
+}
+
+/// A yarn: its shape is read from the same object as the rest.
+struct YarnDescription {
+    shape: ShapeDescription,
+    bsdf: BsdfDescription,
+    stiffness: f64,
+}
+
+impl<'a, 'py> FromPyObject<'a, 'py> for YarnDescription {
+    type Error = PyErr;
+
+    fn extract(object: Borrowed<'a, 'py, PyAny>) -> PyResult<Self> {
+        Ok(Self {
+            shape: object.extract()?,
+            bsdf: object.getattr("bsdf")?.extract()?,
+            stiffness: object.getattr("stiffness")?.extract()?,
+        })
+    }
+}
+
+#[derive(FromPyObject)]
+struct PatternDescription<'py> {
+    warp_up: PyReadonlyArray2<'py, bool>,
+}
+
+/// `plycloth.Fabric`.
+#[derive(FromPyObject)]
+pub struct FabricDescription<'py> {
+    pattern: PatternDescription<'py>,
+    warp: YarnDescription,
+    weft: YarnDescription,
+    end_spacing: PyReadonlyArray1<'py, f64>,
+    pick_spacing: PyReadonlyArray1<'py, f64>,
+    warp_colors: Option<PyReadonlyArray2<'py, f64>>,
+    weft_colors: Option<PyReadonlyArray2<'py, f64>>,
+    collision_stiffness: f64,
+}
+
+impl FabricDescription<'_> {
+    /// The cloth's geometry.
+    pub fn cloth(&self) -> Result<ClothSpec> {
+        let warp_up = self.pattern.warp_up.as_array();
+        let (picks, ends) = warp_up.dim();
+        let set = |yarn: &YarnDescription, spacing: &PyReadonlyArray1<'_, f64>| YarnSpec {
+            shape: (&yarn.shape).into(),
+            stiffness: yarn.stiffness,
+            spacing: spacing.as_array().to_vec(),
+        };
+        ClothSpec {
+            pattern: WeavePattern { picks, ends, warp_up: warp_up.iter().copied().collect() },
+            warp: set(&self.warp, &self.end_spacing),
+            weft: set(&self.weft, &self.pick_spacing),
+            collision_stiffness: self.collision_stiffness,
+        }
+        .checked()
+    }
+
+    /// The materials of ends and picks: one for each different colour of each set, the warp's first.
+    pub fn materials(&self) -> Result<Materials> {
+        let (picks, ends) = self.pattern.warp_up.as_array().dim();
+        let mut list = Vec::new();
+        let mut warp = palette(&mut list, &self.warp.bsdf, self.warp_colors.as_ref(), ends)?;
+        let mut weft = palette(&mut list, &self.weft.bsdf, self.weft_colors.as_ref(), picks)?;
+        warp.truncate(ends);
+        weft.reverse();
+        Ok(Materials { list, of_yarn: [warp, weft] })
+    }
+}
+
+/// Adds a material for each different colour to `list`; answers the number of each yarn's.
+fn palette(
+    list: &mut Vec<Material>,
+    bsdf: &BsdfDescription,
+    colors: Option<&PyReadonlyArray2<'_, f64>>,
+    count: usize,
+) -> Result<Vec<u32>> {
+    let mut numbers: HashMap<[u64; 3], u32> = HashMap::new();
+    (0..count)
+        .map(|yarn| {
+            let color = colors.map_or(Rgb::ONE, |colors| {
+                Rgb::from_array([0, 1, 2].map(|channel| colors.as_array()[[yarn, channel]]))
+            });
+            let key = color.to_array().map(f64::to_bits);
+            if let Some(&number) = numbers.get(&key) {
+                return Ok(number);
+            }
+            let number = list.len() as u32;
+            list.push(bsdf.material(color)?);
+            numbers.insert(key, number);
+            Ok(number)
+        })
+        .collect()
+}
+
+#[derive(FromPyObject)]
+struct PerspectiveDescription {
+    fov: f64,
+}
+
+#[derive(FromPyObject)]
+struct OrthographicDescription {
+    width_mm: f64,
+}
+
+#[derive(FromPyObject)]
+enum ProjectionDescription {
+    Perspective(PerspectiveDescription),
+    Orthographic(OrthographicDescription),
+}
+
+/// A camera of any kind.
+pub fn camera(object: &Bound<'_, PyAny>) -> PyResult<Camera> {
+    let vector = |name: &str| -> PyResult<DVec3> {
+        Ok(DVec3::from_array(object.getattr(name)?.extract::<Triple>()?))
+    };
+    let projection = match object.extract()? {
+        ProjectionDescription::Perspective(PerspectiveDescription { fov }) => {
+            Projection::Perspective { tan_half_fov: (0.5 * fov.to_radians()).tan() }
+        }
+        ProjectionDescription::Orthographic(OrthographicDescription { width_mm }) => {
+            Projection::Orthographic { width: width_mm }
+        }
+    };
+    let resolution = object.getattr("resolution")?.extract()?;
+    let (origin, target, up) = (vector("origin")?, vector("target")?, vector("up")?);
+    Ok(Camera::new(origin, target, up, projection, resolution)?)
+}
+
+#[derive(FromPyObject)]
+struct PointDescription {
+    position: Triple,
+    intensity: Triple,
+}
+
+#[derive(FromPyObject)]
+struct DirectionalDescription {
+    direction: Triple,
+    irradiance: Triple,
+}
+
+#[derive(FromPyObject)]
+struct RectangleDescription {
+    center: Triple,
+    edge_u: Triple,
+    edge_v: Triple,
+    radiance: Triple,
+}
+
+#[derive(FromPyObject)]
+struct ConstantDescription {
+    radiance: Triple,
+}
+
+#[derive(FromPyObject)]
+struct EnvironmentDescription<'py> {
+    image: PyReadonlyArray3<'py, f32>,
+    scale: f64,
+    rotation: f64,
+}
+
+/// A light of any kind. The first that fits is taken: those with more attributes stand first.
+#[derive(FromPyObject)]
+enum LightDescription<'py> {
+    Rectangle(RectangleDescription),
+    Point(PointDescription),
+    Directional(DirectionalDescription),
+    Environment(EnvironmentDescription<'py>),
+    Constant(ConstantDescription),
+}
+
+/// A light of any kind.
+pub fn light(object: &Bound<'_, PyAny>) -> PyResult<Light> {
+    Ok(match object.extract()? {
+        LightDescription::Point(light) => {
+            Light::Point { position: light.position.into(), intensity: light.intensity.into() }
+        }
+        LightDescription::Directional(light) => Light::Directional {
+            direction: DVec3::from(light.direction).normalize(),
+            irradiance: light.irradiance.into(),
+        },
+        LightDescription::Rectangle(light) => {
+            let edges = [light.edge_u.into(), light.edge_v.into()];
+            Light::Rectangle(Rectangle::new(light.center.into(), edges, light.radiance.into()))
+        }
+        LightDescription::Constant(light) => Light::Constant { radiance: light.radiance.into() },
+        LightDescription::Environment(light) => Light::Environment(environment(&light)),
+    })
+}
+
+fn environment(light: &EnvironmentDescription<'_>) -> Environment {
+    let image = light.image.as_array();
+    let color = |row: ArrayView1<f32>| Rgb::from_array([0, 1, 2].map(|c| f64::from(row[c])));
+    let pixels = image.rows().into_iter().map(|row| light.scale * color(row));
+    Environment::new(pixels.collect(), image.dim().1, light.rotation.to_radians())
+}

@@ -1,0 +1,182 @@
+//! Scenes, pictures and recorded paths.
+
+use numpy::ndarray::Array3;
+use numpy::{IntoPyArray, PyArray3};
+use pyo3::prelude::*;
+use rayon::ThreadPoolBuilder;
+
+use super::describe::{self, FabricDescription, PlyBsdfDescription};
+use super::gate;
+use crate::cloth::swatch::Swatch;
+use crate::error::{Error, Result};
+use crate::math::color::Rgb;
+use crate::render::driver::{Film, Pixel};
+use crate::render::light::Lights;
+use crate::render::path::PathLimits;
+use crate::render::scene::Scene;
+use crate::render::tape::{Tape, parameter};
+
+/// Segments before Russian roulette sets in, as in Mitsuba.
+const ROULETTE_DEPTH: u32 = 5;
+
+fn limits(max_depth: u32, both_sides: bool) -> PathLimits {
+    PathLimits { max_depth, roulette_depth: ROULETTE_DEPTH, both_sides }
+}
+
+/// Runs `work` on `threads` threads; on all there are if `None`.
+fn on_threads<T: Send>(
+    threads: Option<usize>,
+    work: impl FnOnce() -> Result<T> + Send,
+) -> Result<T> {
+    let pool = ThreadPoolBuilder::new().num_threads(threads.unwrap_or(0)).build();
+    pool.map_err(|error| Error::invalid("threads", error.to_string()))?.install(work)
+}
+
+/// A scene, ready for rays.
+#[pyclass(frozen, module = "plycloth._plycloth")]
+pub struct CompiledScene(Scene);
+
+#[pymethods]
+impl CompiledScene {
+    #[new]
+    #[pyo3(signature = (scene, progress=None))]
+    fn new(scene: &Bound<'_, PyAny>, progress: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
+        let swatch = scene.getattr("swatch")?;
+        let size: [f64; 2] = swatch.getattr("extent_mm")?.extract()?;
+        let fabric_object = swatch.getattr("fabric")?;
+        let fabric: FabricDescription<'_> = fabric_object.extract()?;
+        let (spec, materials) = (fabric.cloth()?, fabric.materials()?);
+        let camera = describe::camera(&scene.getattr("camera")?)?;
+        let lights = scene.getattr("lights")?;
+        let lights =
+            lights.try_iter()?.map(|light| describe::light(&light?)).collect::<PyResult<_>>()?;
+        let shapes = [spec.warp.shape, spec.weft.shape];
+        let swatch = gate::run(scene.py(), progress, |control| Swatch::new(&spec, size, control))?;
+        Ok(Self(Scene { swatch, shapes, materials, camera, lights: Lights(lights) }))
+    }
+
+    /// How many different blocks of crossings the cloth is made of.
+    #[getter]
+    fn distinct_blocks(&self) -> usize {
+        self.0.swatch.distinct_blocks()
+    }
+}
+
+/// A picture in the making.
+#[pyclass(module = "plycloth._plycloth")]
+pub struct CompiledFilm(Film);
+
+#[pymethods]
+impl CompiledFilm {
+    #[new]
+    fn new(scene: &CompiledScene, seed: u64, max_depth: u32, both_sides: bool) -> Self {
+        Self(Film::new(&scene.0, seed, limits(max_depth, both_sides)))
+    }
+
+    #[pyo3(signature = (scene, spp, threads=None, progress=None))]
+    fn run(
+        &mut self,
+        py: Python<'_>,
+        scene: &CompiledScene,
+        spp: u32,
+        threads: Option<usize>,
+        progress: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<()> {
+        let (film, scene) = (&mut self.0, &scene.0);
+        gate::run(py, progress, |control| on_threads(threads, || film.run(scene, spp, control)))
+    }
+
+    /// The mean of the samples, H x W x 3.
+    fn pixels<'py>(&self, py: Python<'py>, scene: &CompiledScene) -> Bound<'py, PyArray3<f32>> {
+        self.array(py, scene, Pixel::mean)
+    }
+
+    /// The variance of the mean, H x W x 3.
+    fn variance<'py>(&self, py: Python<'py>, scene: &CompiledScene) -> Bound<'py, PyArray3<f32>> {
+        self.array(py, scene, Pixel::variance)
+    }
+
+    #[getter]
+    fn samples(&self) -> u32 {
+        self.0.target()
+    }
+}
+
+impl CompiledFilm {
+    fn array<'py>(
+        &self,
+        py: Python<'py>,
+        scene: &CompiledScene,
+        value: impl Fn(&Pixel) -> Rgb,
+    ) -> Bound<'py, PyArray3<f32>> {
+        let [width, height] = scene.0.camera.resolution;
+        let values = self.0.pixels().iter().flat_map(|pixel| value(pixel).as_vec3().to_array());
+        let array = Array3::from_shape_vec((height, width, 3), values.collect());
+        array.expect("a film has a pixel for each place").into_pyarray(py)
+    }
+}
+
+/// Cell averages, and their derivatives.
+type Averages<'py> = (Bound<'py, PyArray3<f64>>, Bound<'py, PyArray3<f64>>);
+
+/// Recorded paths.
+#[pyclass(frozen, module = "plycloth._plycloth")]
+pub struct CompiledTape(Tape);
+
+#[pymethods]
+impl CompiledTape {
+    /// Numbers per material in a Jacobian.
+    #[classattr]
+    const PARAMETERS: usize = parameter::COUNT;
+
+    #[new]
+    #[pyo3(signature = (scene, grid, strata, seed, max_depth, threads=None, progress=None))]
+    #[expect(clippy::too_many_arguments, reason = "keyword arguments of a Python constructor")]
+    fn new(
+        py: Python<'_>,
+        scene: &CompiledScene,
+        grid: [usize; 2],
+        strata: usize,
+        seed: u64,
+        max_depth: u32,
+        threads: Option<usize>,
+        progress: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
+        let (scene, limits) = (&scene.0, limits(max_depth, true));
+        let tape = gate::run(py, progress, |control| {
+            on_threads(threads, || Tape::record(scene, grid, strata, seed, limits, control))
+        })?;
+        Ok(Self(tape))
+    }
+
+    /// Cell averages (rows x columns x 3) and their derivatives (cells * 3 x materials x
+    /// parameters) for one `PlyBsdf` per material.
+    #[pyo3(signature = (bsdfs, threads=None))]
+    fn evaluate<'py>(
+        &self,
+        py: Python<'py>,
+        bsdfs: Vec<PlyBsdfDescription>,
+        threads: Option<usize>,
+    ) -> PyResult<Averages<'py>> {
+        let parameters =
+            bsdfs.iter().map(|bsdf| bsdf.parameters(Rgb::ONE)).collect::<Result<Vec<_>>>()?;
+        let averages = gate::run(py, None, |control| {
+            on_threads(threads, || self.0.evaluate(&parameters, control))
+        })?;
+        let [columns, rows] = self.0.grid;
+        let shape = (3 * columns * rows, parameters.len(), parameter::COUNT);
+        let values = Array3::from_shape_vec((rows, columns, 3), averages.values);
+        let jacobian = Array3::from_shape_vec(shape, averages.jacobian);
+        let well_formed = "averages have a row for each cell and channel";
+        Ok((
+            values.expect(well_formed).into_pyarray(py),
+            jacobian.expect(well_formed).into_pyarray(py),
+        ))
+    }
+
+    /// Memory of the recorded paths in bytes.
+    #[getter]
+    fn bytes(&self) -> usize {
+        self.0.bytes()
+    }
+}

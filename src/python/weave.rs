@@ -1,0 +1,53 @@
+//! Weave patterns and their relaxation.
+
+use numpy::ndarray::Array2;
+use numpy::{IntoPyArray, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
+use pyo3::prelude::*;
+
+use super::gate;
+use crate::weave::curve::HeightCurve;
+use crate::weave::pattern::WeavePattern;
+use crate::weave::problem::{RelaxProblem, YarnSet};
+use crate::weave::relax::relax as relax_cell;
+
+/// Radius, stiffness and spacing, one value per yarn.
+type YarnArrays<'py> =
+    (PyReadonlyArray1<'py, f64>, PyReadonlyArray1<'py, f64>, PyReadonlyArray1<'py, f64>);
+
+/// Heights and slopes, yarns x knots.
+type CurveArrays<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>);
+
+/// Relaxes one cell: (energy, gradient norm, iterations, warp curves, weft curves).
+#[pyfunction]
+pub fn relax<'py>(
+    py: Python<'py>,
+    warp_up: PyReadonlyArray2<'py, bool>,
+    warp: YarnArrays<'py>,
+    weft: YarnArrays<'py>,
+    collision_stiffness: f64,
+) -> PyResult<(f64, f64, u64, CurveArrays<'py>, CurveArrays<'py>)> {
+    let warp_up = warp_up.as_array();
+    let (picks, ends) = warp_up.dim();
+    let problem = RelaxProblem {
+        pattern: WeavePattern::new(picks, ends, warp_up.iter().copied().collect())?,
+        warp: yarn_set(warp),
+        weft: yarn_set(weft),
+        collision_stiffness,
+    };
+    let relaxed = gate::run(py, None, |control| relax_cell(&problem, control))?;
+    let (warp, weft) = (curve_arrays(py, &relaxed.warp), curve_arrays(py, &relaxed.weft));
+    Ok((relaxed.energy, relaxed.gradient_norm, relaxed.iterations, warp, weft))
+}
+
+fn yarn_set((radius, stiffness, spacing): YarnArrays<'_>) -> YarnSet {
+    let values = |array: PyReadonlyArray1<'_, f64>| array.as_array().to_vec();
+    YarnSet { radius: values(radius), stiffness: values(stiffness), spacing: values(spacing) }
+}
+
+fn curve_arrays<'py>(py: Python<'py>, curves: &[HeightCurve]) -> CurveArrays<'py> {
+    let array = |values: fn(&HeightCurve) -> &[f64]| {
+        let shape = (curves.len(), curves[0].knots.len());
+        Array2::from_shape_fn(shape, |(yarn, knot)| values(&curves[yarn])[knot]).into_pyarray(py)
+    };
+    (array(|curve| &curve.height), array(|curve| &curve.slope))
+}

@@ -1,0 +1,8 @@
+//! From scene to picture: cameras, lights, the path tracer and what drives it.
+
+pub mod camera;
+pub mod driver;
+pub mod light;
+pub mod path;
+pub mod scene;
+pub mod tape;

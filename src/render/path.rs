@@ -1,0 +1,297 @@
+//! The path tracer: next-event estimation with multiple importance sampling at every x and y.
+
+use glam::DVec3;
+
+use super::light::LightSample;
+use super::scene::{Exit, Interaction, Material, Scene};
+use crate::accel::ray::Ray;
+use crate::math::color::Rgb;
+use crate::math::frame::Frame;
+use crate::math::rng::Sampler;
+use crate::sampling::warp::{square_to_cosine_hemisphere, square_to_cosine_hemisphere_pdf};
+use crate::scatter::ply::{Choice, Crossing, Passage, PlyBsdf};
+
+/// How far paths are followed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct PathLimits {
+    /// Segments of a path: 1 sees lights alone, 2 adds direct light. A ply counts once, whether the
+    /// light bounces off it or passes through.
+    pub max_depth: u32,
+    /// Segments before Russian roulette sets in.
+    pub roulette_depth: u32,
+    /// Whether light is looked for on both sides of every ply, rather than beyond those alone that
+    /// the path goes through: less noise where light comes from behind, for one more shadow ray.
+    pub both_sides: bool,
+}
+
+/// The side of a yarn on which light is scattered.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Side {
+    /// At x, where it entered.
+    Entry,
+    /// At y, where it leaves.
+    Exit,
+}
+
+/// Takes note of a path as it is traced.
+pub trait Recorder {
+    /// The path meets a yarn.
+    fn vertex(&mut self, material: u32, wo: DVec3, passage: Option<&Passage>);
+    /// Light of the given weight reaches the last vertex from local direction `wi`.
+    fn light(&mut self, side: Side, wi: DVec3, weight: Rgb);
+    /// The path goes on in local direction `wi` with the given weight.
+    fn scatter(&mut self, side: Side, wi: DVec3, weight: f64);
+    /// The path ends in a light of the given weight.
+    fn emitted(&mut self, weight: Rgb);
+}
+
+/// Takes no note.
+pub struct NoRecorder;
+
+impl Recorder for NoRecorder {
+    #[inline]
+    fn vertex(&mut self, _: u32, _: DVec3, _: Option<&Passage>) {}
+    #[inline]
+    fn light(&mut self, _: Side, _: DVec3, _: Rgb) {}
+    #[inline]
+    fn scatter(&mut self, _: Side, _: DVec3, _: f64) {}
+    #[inline]
+    fn emitted(&mut self, _: Rgb) {}
+}
+
+/// Where a path goes on.
+struct Next {
+    ray: Ray,
+    side: Side,
+    /// The same direction in the local frame.
+    wi: DVec3,
+    /// What the vertex makes of the light from there.
+    value: Rgb,
+    /// The density of the direction, given the side.
+    pdf: f64,
+    /// The probability of having come to this side at all.
+    chance: f64,
+}
+
+/// A path under way.
+struct Path<'a, R> {
+    scene: &'a Scene,
+    sampler: Sampler,
+    recorder: &'a mut R,
+    throughput: Rgb,
+    radiance: Rgb,
+}
+
+/// One sample of the radiance that arrives along `ray`.
+pub fn radiance<R: Recorder>(
+    scene: &Scene,
+    ray: Ray,
+    limits: PathLimits,
+    sampler: Sampler,
+    recorder: &mut R,
+) -> Rgb {
+    let mut path = Path { scene, sampler, recorder, throughput: Rgb::ONE, radiance: Rgb::ZERO };
+    path.trace(ray, limits);
+    path.radiance
+}
+
+impl<R: Recorder> Path<'_, R> {
+    fn trace(&mut self, mut ray: Ray, limits: PathLimits) {
+        let mut scattered_pdf = None;
+        for depth in 1.. {
+            let Some(interaction) = self.meet(&ray, scattered_pdf) else { return };
+            if depth >= limits.max_depth {
+                return;
+            }
+            let next = match self.scene.material(interaction.material) {
+                Material::Ply(bsdf) => self.at_ply(&interaction, bsdf, limits.both_sides),
+                Material::Diffuse { reflectance } => self.at_diffuse(&interaction, *reflectance),
+            };
+            let Some(next) = next else { return };
+            let weight = 1.0 / (next.pdf * next.chance);
+            let Some(survival) = self.survival(next.value * weight, depth, limits) else { return };
+            self.recorder.scatter(next.side, next.wi, weight / survival);
+            self.throughput *= next.value * (weight / survival);
+            (ray, scattered_pdf) = (next.ray, Some(next.pdf));
+        }
+    }
+
+    /// The yarn that the ray meets; if it meets a light or nothing, that light is added.
+    #[inline]
+    fn meet(&mut self, ray: &Ray, scattered_pdf: Option<f64>) -> Option<Interaction> {
+        let hit = self.scene.swatch.nearest(ray);
+        let lights = &self.scene.lights;
+        if let Some(rectangle) = lights.nearest(ray)
+            && hit.is_none_or(|hit| rectangle.0 < hit.t)
+        {
+            self.add_emitted(lights.emitted(ray, rectangle), scattered_pdf);
+            return None;
+        }
+        if hit.is_none() {
+            for surroundings in lights.surroundings(ray.direction) {
+                self.add_emitted(surroundings, scattered_pdf);
+            }
+        }
+        hit.map(|hit| self.scene.interaction(ray, hit))
+    }
+
+    #[inline]
+    fn add_emitted(&mut self, (emitted, light_pdf): (Rgb, f64), scattered_pdf: Option<f64>) {
+        let weight = scattered_pdf.map_or(1.0, |pdf| balance(pdf, light_pdf));
+        self.recorder.emitted(emitted * weight);
+        self.radiance += self.throughput * emitted * weight;
+    }
+
+    /// The probability that the path lives on, or `None` if it dies.
+    #[inline]
+    fn survival(&mut self, factor: Rgb, depth: u32, limits: PathLimits) -> Option<f64> {
+        let throughput = (self.throughput * factor).max_element();
+        if throughput <= 0.0 {
+            return None;
+        }
+        let chance = self.sampler.next_1d();
+        if depth < limits.roulette_depth {
+            return Some(1.0);
+        }
+        let survival = throughput.min(0.95);
+        (chance < survival).then_some(survival)
+    }
+
+    #[inline]
+    fn at_diffuse(&mut self, interaction: &Interaction, reflectance: Rgb) -> Option<Next> {
+        let Interaction { material, wo, point, frame, .. } = *interaction;
+        self.recorder.vertex(material, wo, None);
+        let pdf = square_to_cosine_hemisphere_pdf;
+        let eval = |wi| (reflectance * pdf(wi), pdf(wi));
+        self.add_light(Side::Entry, point, &frame, 1.0, eval);
+        let wi = square_to_cosine_hemisphere(self.sampler.next_2d());
+        scattered(Side::Entry, point, &frame, 1.0, wi, eval)
+    }
+
+    #[inline]
+    fn at_ply(
+        &mut self,
+        interaction: &Interaction,
+        bsdf: &PlyBsdf,
+        both_sides: bool,
+    ) -> Option<Next> {
+        let Interaction { material, wo, point, frame, .. } = *interaction;
+        let (passage, exit) = self.pass(interaction, bsdf).unzip();
+        self.recorder.vertex(material, wo, passage.as_ref());
+        let crossing = bsdf.crossing(wo, passage);
+        let eval = |wi| (bsdf.eval_entry(wo, &crossing, wi), bsdf.pdf_entry(wo, &crossing, wi));
+        self.add_light(Side::Entry, point, &frame, 1.0, eval);
+        // The probability of looking for light beyond the ply, and of going on there if so.
+        let passed = crossing.entry_probabilities[2];
+        let (looked, gone) = if both_sides { (1.0, passed) } else { (passed, 1.0) };
+        if let (true, Some(exit)) = (both_sides, &exit) {
+            self.add_light_beyond(bsdf, &crossing, exit, looked, gone);
+        }
+        match bsdf.sample_entry(wo, &crossing, &mut self.sampler) {
+            Choice::Lost => None,
+            Choice::Pass => {
+                let exit = exit?;
+                if !both_sides {
+                    self.add_light_beyond(bsdf, &crossing, &exit, looked, gone);
+                }
+                self.leave_ply(bsdf, &crossing, &exit, looked, gone)
+            }
+            Choice::Scatter(wi) => scattered(Side::Entry, point, &frame, 1.0, wi, eval),
+        }
+    }
+
+    /// Refracts light into the ply and follows it to where it comes out.
+    #[inline]
+    fn pass(&mut self, interaction: &Interaction, bsdf: &PlyBsdf) -> Option<(Passage, Exit)> {
+        let (entry, facet) = (self.sampler.next_2d(), self.sampler.next_2d());
+        let refracted = bsdf.sample_refracted(interaction.wo, entry)?;
+        let exit = self.scene.exit(interaction, refracted.0);
+        Some((bsdf.sample_passage(refracted, exit.incident, exit.length, facet), exit))
+    }
+
+    /// Adds light that reaches y from beyond the ply.
+    #[inline]
+    fn add_light_beyond(
+        &mut self,
+        bsdf: &PlyBsdf,
+        crossing: &Crossing,
+        exit: &Exit,
+        looked: f64,
+        gone: f64,
+    ) {
+        let eval = |wi| eval_exit(bsdf, crossing, wi, gone);
+        self.add_light(Side::Exit, exit.point, &exit.frame, looked, eval);
+    }
+
+    /// Scatters light that went through the ply, at y.
+    #[inline]
+    fn leave_ply(
+        &mut self,
+        bsdf: &PlyBsdf,
+        crossing: &Crossing,
+        exit: &Exit,
+        looked: f64,
+        gone: f64,
+    ) -> Option<Next> {
+        let (passage, _) = crossing.passage.as_ref()?;
+        let eval = |wi| eval_exit(bsdf, crossing, wi, gone);
+        match bsdf.sample_exit(passage, crossing, &mut self.sampler) {
+            Choice::Scatter(wi) => scattered(Side::Exit, exit.point, &exit.frame, looked, wi, eval),
+            Choice::Pass | Choice::Lost => None,
+        }
+    }
+
+    /// Adds light from one light source, scattered by `eval` (value and density), at a side that
+    /// was come to with probability `chance`.
+    #[inline]
+    fn add_light(
+        &mut self,
+        side: Side,
+        point: DVec3,
+        frame: &Frame,
+        chance: f64,
+        eval: impl Fn(DVec3) -> (Rgb, f64),
+    ) {
+        let (choice, u) = (self.sampler.next_1d(), self.sampler.next_2d());
+        let Some(sample) = self.scene.lights.sample(point, choice, u) else { return };
+        let LightSample { direction, distance, weight, pdf } = sample;
+        let wi = frame.to_local(direction);
+        let (value, scattered_pdf) = eval(wi);
+        if value == Rgb::ZERO || !self.scene.visible(point, direction, distance) {
+            return;
+        }
+        let weight = weight * (pdf.map_or(1.0, |pdf| balance(pdf, scattered_pdf)) / chance);
+        self.recorder.light(side, wi, weight);
+        self.radiance += self.throughput * value * weight;
+    }
+}
+
+/// Value and density of scattering at y into `wi`, `gone` being the probability of going on there.
+#[inline]
+fn eval_exit(bsdf: &PlyBsdf, crossing: &Crossing, wi: DVec3, gone: f64) -> (Rgb, f64) {
+    crossing.passage.as_ref().map_or((Rgb::ZERO, 0.0), |(passage, terms)| {
+        let pdf = gone * bsdf.pdf_exit(passage, crossing, wi);
+        (bsdf.eval_exit(passage, terms, wi), pdf)
+    })
+}
+
+/// The path that goes on from `point` into the local direction `wi`, if that has any density.
+#[inline]
+fn scattered(
+    side: Side,
+    point: DVec3,
+    frame: &Frame,
+    chance: f64,
+    wi: DVec3,
+    eval: impl Fn(DVec3) -> (Rgb, f64),
+) -> Option<Next> {
+    let (value, pdf) = eval(wi);
+    let ray = Ray { origin: point, direction: frame.to_world(wi) };
+    (pdf > 0.0).then_some(Next { ray, side, wi, value, pdf, chance })
+}
+
+/// The balance heuristic (Veach 1997): the share of a strategy with density `own`.
+#[inline]
+fn balance(own: f64, other: f64) -> f64 {
+    own / (own + other)
+}

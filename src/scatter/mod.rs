@@ -1,0 +1,11 @@
+//! How light scatters off a ply: local frames only, one file per model.
+
+pub mod body;
+mod chandrasekhar;
+pub mod dielectric;
+mod diffusion;
+pub mod fresnel;
+pub mod ggx;
+pub mod interface;
+pub mod ply;
+pub mod ribbon;

@@ -1,0 +1,347 @@
+//! The ply BSDF (Montazeri et al. 2020, section 4).
+//!
+//! Light meets a ply twice: it enters at x, where it is partly mirrored and partly handed to the
+//! body, and what is refracted leaves at y. Each meeting has its own local frame with z towards the
+//! side that the light comes from: outwards at x, *inwards* at y. x runs along the fiber.
+//!
+//! # What the paper leaves open
+//!
+//! The share B (Eq. 14) of the light that goes to the body depends on where the refracted ray comes
+//! out. Here a [`Passage`] samples that ray, and one microfacet at y whose Fresnel term is F_y; so
+//! the expectation of B is exactly what is refracted at x and not refracted again at y, whatever the
+//! roughness, and no parameters make a ply return more than it receives.
+
+use std::f64::consts::FRAC_1_PI;
+
+use glam::DVec3;
+
+use super::body::{Body, BodyKind};
+use super::dielectric::RoughDielectric;
+use super::fresnel::fresnel;
+use super::ggx::Ggx;
+use crate::error::{Result, check_range};
+use crate::math::color::{Rgb, luminance};
+use crate::math::dual::{Real, constant, dot};
+use crate::math::rng::Sampler;
+use crate::sampling::warp::{square_to_cosine_hemisphere, square_to_cosine_hemisphere_pdf};
+
+/// The optical parameters of a ply, named as in the paper.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PlyParameters {
+    /// Refractive index eta, 1.01 to 3.
+    pub eta: f64,
+    /// k_x^S.
+    pub specular_tint: Rgb,
+    /// k_y^S.
+    pub transmission_tint: Rgb,
+    /// k_x^B.
+    pub base_color: Rgb,
+    /// k_y.
+    pub transmitted_color: Rgb,
+    /// r, the part of the body's light that leaves at x.
+    pub body_reflection: f64,
+    /// sigma_t, per millimetre.
+    pub extinction: f64,
+    /// beta_x.
+    pub roughness: Ggx,
+    /// beta_y.
+    pub exit_roughness: Ggx,
+    /// The form of the body term at x.
+    pub body: BodyKind,
+}
+
+impl PlyParameters {
+    /// Passes the parameters on if all are inside their ranges.
+    pub fn checked(self) -> Result<Self> {
+        check_range("eta", self.eta, 1.01, 3.0)?;
+        check_range("body_reflection", self.body_reflection, 0.0, 1.0)?;
+        check_range("extinction", self.extinction, 0.0, 1e6)?;
+        for (name, ggx) in [("roughness", self.roughness), ("exit_roughness", self.exit_roughness)]
+        {
+            check_range(name, ggx.along, 1e-3, 1.0)?;
+            check_range(name, ggx.across, 1e-3, 1.0)?;
+        }
+        for (name, color) in [
+            ("specular_tint", self.specular_tint),
+            ("transmission_tint", self.transmission_tint),
+            ("base_color", self.base_color),
+            ("transmitted_color", self.transmitted_color),
+        ] {
+            for channel in color.to_array() {
+                check_range(name, channel, 0.0, 1.0)?;
+            }
+        }
+        Ok(self)
+    }
+}
+
+/// The parameters that are not colours, as numbers that may carry derivatives.
+#[derive(Debug, Clone, Copy)]
+pub struct PlyOptics<T> {
+    /// The interface at x, seen from outside.
+    pub entry: RoughDielectric<T>,
+    /// The interface at y, seen from inside.
+    pub exit: RoughDielectric<T>,
+    /// sigma_t, per millimetre.
+    pub extinction: T,
+}
+
+/// The way of a refracted ray through the ply, and one microfacet where it comes out.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Passage {
+    /// The refracted direction in the frame at x (z < 0).
+    pub refracted: DVec3,
+    /// The density with which it was chosen.
+    pub refracted_pdf: f64,
+    /// The direction back along the ray in the frame at y (z > 0).
+    pub incident: DVec3,
+    /// A microfacet normal at y.
+    pub facet: DVec3,
+    /// The density with which it was chosen.
+    pub facet_pdf: f64,
+    /// The length of the way in millimetres.
+    pub length: f64,
+}
+
+/// What a passage lets through, as expectations over its random choices.
+#[derive(Debug, Clone, Copy)]
+pub struct PassageTerms<T> {
+    /// The part of the light that is refracted at x, over the density of the refracted ray.
+    pub entered: T,
+    /// tau, the part of it that is not scattered on the way to y (Eq. 11).
+    pub transmittance: T,
+    /// 1 - tau (1 - F_y), the part of it that the body scatters (Eq. 14).
+    pub body: T,
+}
+
+impl<T: Real> PlyOptics<T> {
+    /// What `passage` lets through of the light that is scattered into `wo`.
+    #[inline]
+    pub fn passage(&self, wo: DVec3, passage: &Passage) -> PassageTerms<T> {
+        let refraction = self.entry.refraction(&constant(wo), &constant(passage.refracted));
+        let (incident, facet) = (constant(passage.incident), constant(passage.facet));
+        let facet_weight = self.exit.ggx.visible_normal_pdf(&incident, &facet) / passage.facet_pdf;
+        let passed = T::from(1.0) - fresnel(dot(&incident, &facet), self.exit.eta);
+        let transmittance = (-self.extinction * passage.length).exp();
+        PassageTerms {
+            entered: refraction / passage.refracted_pdf,
+            transmittance,
+            body: facet_weight * (T::from(1.0) - transmittance * passed),
+        }
+    }
+
+    /// The two parts of scattering at x from `wo` into `wi` (with the cosine, without colours): the
+    /// mirrored part, and the factor of the body's BRDF.
+    #[inline]
+    pub fn at_entry(&self, wo: DVec3, wi: DVec3, terms: Option<&PassageTerms<T>>) -> [T; 2] {
+        let mirrored = self.entry.reflection(&constant(wo), &constant(wi));
+        let body = terms.map_or(T::from(0.0), |terms| terms.entered * terms.body);
+        [mirrored, body * wi.z.max(0.0)]
+    }
+
+    /// The two parts of scattering at y into `wi`: the refracted part, and the body's.
+    #[inline]
+    pub fn at_exit(&self, passage: &Passage, terms: &PassageTerms<T>, wi: DVec3) -> [T; 2] {
+        let refraction = self.exit.refraction(&constant(passage.incident), &constant(wi));
+        let lambert = (-wi.z).max(0.0) * FRAC_1_PI;
+        [terms.entered * terms.transmittance * refraction, terms.entered * terms.body * lambert]
+    }
+}
+
+/// The ply BSDF, prepared for evaluation.
+#[derive(Debug)]
+pub struct PlyBsdf {
+    parameters: PlyParameters,
+    optics: PlyOptics<f64>,
+    body: [Body; 3],
+}
+
+/// A passage with what it lets through, and how likely the lobes should be chosen.
+#[derive(Debug, Clone, Copy)]
+pub struct Crossing {
+    /// The way through the ply; `None` if nothing was refracted.
+    pub passage: Option<(Passage, PassageTerms<f64>)>,
+    /// The probabilities of going on with the mirrored lobe, the body at x, and the passage.
+    pub entry_probabilities: [f64; 3],
+    /// The probabilities, given the passage, of the refracted lobe and the body at y.
+    pub exit_probabilities: [f64; 2],
+}
+
+/// The refracted lobe at y stays this likely although the sampled microfacet reflects everything.
+const LEAST_TRANSMISSION: f64 = 0.05;
+
+impl PlyBsdf {
+    /// Prepares the model.
+    pub fn new(parameters: PlyParameters) -> Result<Self> {
+        let p = parameters.checked()?;
+        let optics = PlyOptics {
+            entry: RoughDielectric { eta: p.eta, ggx: p.roughness },
+            exit: RoughDielectric { eta: p.eta.recip(), ggx: p.exit_roughness },
+            extinction: p.extinction,
+        };
+        let body = p.base_color.to_array().map(|color| Body::new(p.body, color, p.eta));
+        Ok(Self { parameters, optics, body })
+    }
+
+    /// The parameters.
+    pub fn parameters(&self) -> &PlyParameters {
+        &self.parameters
+    }
+
+    /// The body term at x, a channel each.
+    pub fn body(&self) -> &[Body; 3] {
+        &self.body
+    }
+
+    /// A refracted direction in the frame at x and its density; `None` if nothing is refracted.
+    #[inline]
+    pub fn sample_refracted(&self, wo: DVec3, u: [f64; 2]) -> Option<(DVec3, f64)> {
+        let refracted = self.optics.entry.sample_refraction(wo, u)?;
+        let pdf = self.optics.entry.refraction_pdf(&constant(wo), &constant(refracted));
+        (pdf > 0.0).then_some((refracted, pdf))
+    }
+
+    /// Completes a passage that comes out along `-incident` (in the frame at y) after `length`.
+    #[inline]
+    pub fn sample_passage(
+        &self,
+        (refracted, refracted_pdf): (DVec3, f64),
+        incident: DVec3,
+        length: f64,
+        u: [f64; 2],
+    ) -> Passage {
+        let facet = self.optics.exit.ggx.sample_visible_normal(incident, u);
+        let facet_pdf =
+            self.optics.exit.ggx.visible_normal_pdf(&constant(incident), &constant(facet));
+        Passage { refracted, refracted_pdf, incident, facet, facet_pdf, length }
+    }
+
+    /// What `passage` lets through, and how likely each lobe should be chosen.
+    #[inline]
+    pub fn crossing(&self, wo: DVec3, passage: Option<Passage>) -> Crossing {
+        let p = &self.parameters;
+        let mirror = luminance(p.specular_tint) * fresnel(wo.z, p.eta);
+        let Some(passage) = passage else {
+            let entry_probabilities = [1.0, 0.0, 0.0];
+            return Crossing { passage: None, entry_probabilities, exit_probabilities: [0.0; 2] };
+        };
+        let terms = self.optics.passage(wo, &passage);
+        let body_albedo = Rgb::from_array([0, 1, 2].map(|c| self.body[c].albedo(wo.z)));
+        let body = p.body_reflection * terms.entered * terms.body * luminance(body_albedo);
+        let passed = 1.0 - terms.body + LEAST_TRANSMISSION * terms.transmittance;
+        let exit = [
+            luminance(p.transmission_tint) * passed,
+            luminance(p.transmitted_color) * (1.0 - p.body_reflection) * terms.body,
+        ];
+        let through = luminance(p.specular_tint) * terms.entered * (exit[0] + exit[1]);
+        Crossing {
+            passage: Some((passage, terms)),
+            entry_probabilities: normalised([mirror, body, through]),
+            exit_probabilities: normalised(exit),
+        }
+    }
+
+    /// The scattering at x from `wo` into `wi`, with the cosine: f_x of Eq. 6.
+    #[inline]
+    pub fn eval_entry(&self, wo: DVec3, crossing: &Crossing, wi: DVec3) -> Rgb {
+        if wi.z <= 0.0 {
+            return Rgb::ZERO;
+        }
+        let terms = crossing.passage.as_ref().map(|(_, terms)| terms);
+        let [mirrored, body] = self.optics.at_entry(wo, wi, terms);
+        let mut value = self.parameters.specular_tint * mirrored;
+        if body > 0.0 {
+            let brdf = Rgb::from_array([0, 1, 2].map(|c| self.body[c].eval(wo.z, wi.z)));
+            value += self.parameters.body_reflection * body * brdf;
+        }
+        value
+    }
+
+    /// The density of [`PlyBsdf::sample_entry`], which misses the passage's share.
+    #[inline]
+    pub fn pdf_entry(&self, wo: DVec3, crossing: &Crossing, wi: DVec3) -> f64 {
+        if wi.z <= 0.0 {
+            return 0.0;
+        }
+        let [mirror, body, _] = crossing.entry_probabilities;
+        let mirrored = self.optics.entry.reflection_pdf(&constant(wo), &constant(wi));
+        mirror * mirrored + body * square_to_cosine_hemisphere_pdf(wi)
+    }
+
+    /// A direction at x, or word that the light goes on along the passage, or is lost.
+    #[inline]
+    pub fn sample_entry(&self, wo: DVec3, crossing: &Crossing, sampler: &mut Sampler) -> Choice {
+        let [mirror, body, through] = crossing.entry_probabilities;
+        let (u, direction) = (sampler.next_1d(), sampler.next_2d());
+        if u < mirror {
+            return Choice::from(self.optics.entry.sample_reflection(wo, direction));
+        }
+        if u < mirror + body {
+            return Choice::Scatter(square_to_cosine_hemisphere(direction));
+        }
+        if through > 0.0 { Choice::Pass } else { Choice::Lost }
+    }
+
+    /// The scattering into `wi` (frame at y, z < 0) of light that took the passage, with everything
+    /// that it met since x, over the density of the passage: f_x^S f_y of Eqs. 8 and 7.
+    #[inline]
+    pub fn eval_exit(&self, passage: &Passage, terms: &PassageTerms<f64>, wi: DVec3) -> Rgb {
+        if wi.z >= 0.0 {
+            return Rgb::ZERO;
+        }
+        let p = &self.parameters;
+        let [refracted, body] = self.optics.at_exit(passage, terms, wi);
+        let scattered = p.transmitted_color * ((1.0 - p.body_reflection) * body);
+        p.specular_tint * (p.transmission_tint * refracted + scattered)
+    }
+
+    /// The density of [`PlyBsdf::sample_exit`].
+    #[inline]
+    pub fn pdf_exit(&self, passage: &Passage, crossing: &Crossing, wi: DVec3) -> f64 {
+        let [refract, body] = crossing.exit_probabilities;
+        let refracted = self.optics.exit.refraction_pdf(&constant(passage.incident), &constant(wi));
+        refract * refracted + body * square_to_cosine_hemisphere_pdf(-wi)
+    }
+
+    /// A direction at y, or word that the light is lost.
+    #[inline]
+    pub fn sample_exit(
+        &self,
+        passage: &Passage,
+        crossing: &Crossing,
+        sampler: &mut Sampler,
+    ) -> Choice {
+        let (u, direction) = (sampler.next_1d(), sampler.next_2d());
+        if u < crossing.exit_probabilities[0] {
+            return Choice::from(self.optics.exit.sample_refraction(passage.incident, direction));
+        }
+        if crossing.exit_probabilities[1] > 0.0 {
+            return Choice::Scatter(-square_to_cosine_hemisphere(direction));
+        }
+        Choice::Lost
+    }
+}
+
+/// Where light goes on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Choice {
+    /// Into this local direction.
+    Scatter(DVec3),
+    /// Along the passage, to be scattered at y.
+    Pass,
+    /// Nowhere.
+    Lost,
+}
+
+impl From<Option<DVec3>> for Choice {
+    fn from(direction: Option<DVec3>) -> Self {
+        direction.map_or(Self::Lost, Self::Scatter)
+    }
+}
+
+/// `weights` scaled to sum to one; all zero if they are.
+#[inline]
+fn normalised<const N: usize>(weights: [f64; N]) -> [f64; N] {
+    let sum: f64 = weights.iter().sum();
+    if sum > 0.0 { weights.map(|weight| weight / sum) } else { weights }
+}

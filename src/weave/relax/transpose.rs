@@ -1,0 +1,42 @@
+//! Matrix transposition in cache-sized blocks.
+
+use rayon::prelude::*;
+
+const BLOCK: usize = 16;
+
+/// The transpose of a row-major matrix.
+pub(super) fn transpose<T: Copy + Default + Send + Sync>(
+    source: &[T],
+    rows: usize,
+    columns: usize,
+) -> Vec<T> {
+    let mut target = vec![T::default(); source.len()];
+    target.par_chunks_mut(BLOCK * rows).enumerate().for_each(|(block, target)| {
+        for first_row in (0..rows).step_by(BLOCK) {
+            let block_rows = first_row..rows.min(first_row + BLOCK);
+            for (offset, target) in target.chunks_mut(rows).enumerate() {
+                let column = block * BLOCK + offset;
+                for row in block_rows.clone() {
+                    target[row] = source[row * columns + column];
+                }
+            }
+        }
+    });
+    target
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_become_columns() {
+        for (rows, columns) in [(1, 1), (1, 40), (40, 1), (17, 33), (32, 16)] {
+            let source: Vec<usize> = (0..rows * columns).collect();
+            let target = transpose(&source, rows, columns);
+            for (index, value) in source.iter().enumerate() {
+                assert_eq!(target[(index % columns) * rows + index / columns], *value);
+            }
+        }
+    }
+}

@@ -1,0 +1,111 @@
+//! Small cloths and scenes for the integration tests.
+#![allow(dead_code)]
+
+pub mod chi2;
+pub mod rays;
+pub mod whole;
+
+use glam::DVec3;
+use plycloth::cloth::spec::{ClothSpec, YarnShape, YarnSpec};
+use plycloth::cloth::swatch::Swatch;
+use plycloth::control::Control;
+use plycloth::math::color::Rgb;
+use plycloth::render::camera::{Camera, Projection};
+use plycloth::render::driver::Film;
+use plycloth::render::light::{Light, Lights};
+use plycloth::render::path::PathLimits;
+use plycloth::render::scene::{Material, Materials, Scene};
+use plycloth::scatter::body::BodyKind;
+use plycloth::scatter::ggx::Ggx;
+use plycloth::scatter::ply::{PlyBsdf, PlyParameters};
+use plycloth::weave::pattern::WeavePattern;
+
+pub fn round(plies: usize) -> YarnShape {
+    let radius = 0.4;
+    let sin = (std::f64::consts::PI / plies as f64).sin();
+    let ply_radius = if plies == 1 { radius } else { radius * sin / (1.0 + sin) };
+    YarnShape::Round { radius, plies, ply_radius, pitch: 3.0 }
+}
+
+pub fn flat() -> YarnShape {
+    YarnShape::Flat { width: 0.9, thickness: 0.1 }
+}
+
+/// A weave of `ends` x `picks` with unit spacing; `up(pick, end)` is true where the warp is up.
+pub fn cloth(
+    [picks, ends]: [usize; 2],
+    up: impl Fn(usize, usize) -> bool,
+    shape: YarnShape,
+) -> ClothSpec {
+    let warp_up = (0..picks * ends).map(|i| up(i / ends, i % ends)).collect();
+    let set = |count| YarnSpec { shape, stiffness: 1.0, spacing: vec![1.0; count] };
+    ClothSpec {
+        pattern: WeavePattern { picks, ends, warp_up },
+        warp: set(ends),
+        weft: set(picks),
+        collision_stiffness: 1.0,
+    }
+}
+
+pub fn plain(shape: YarnShape) -> ClothSpec {
+    cloth([2, 2], |pick, end| pick == end, shape)
+}
+
+pub fn swatch(spec: &ClothSpec, size: f64) -> Swatch {
+    Swatch::new(spec, [size, size], &Control::default()).unwrap()
+}
+
+pub fn parameters() -> PlyParameters {
+    PlyParameters {
+        eta: 1.5,
+        specular_tint: Rgb::new(0.9, 0.8, 0.7),
+        transmission_tint: Rgb::new(0.6, 0.7, 0.8),
+        base_color: Rgb::new(0.8, 0.5, 0.2),
+        transmitted_color: Rgb::new(0.3, 0.6, 0.9),
+        body_reflection: 0.6,
+        extinction: 1.5,
+        roughness: Ggx { along: 0.2, across: 0.3 },
+        exit_roughness: Ggx { along: 0.3, across: 0.4 },
+        body: BodyKind::Conserving,
+    }
+}
+
+pub fn ply(parameters: PlyParameters) -> Material {
+    Material::Ply(Box::new(PlyBsdf::new(parameters).unwrap()))
+}
+
+/// A swatch of `size` seen from above, all yarns of one material.
+pub fn scene(spec: &ClothSpec, size: f64, material: Material, lights: Vec<Light>) -> Scene {
+    let camera = Camera::new(
+        DVec3::new(0.0, 0.0, 10.0),
+        DVec3::ZERO,
+        DVec3::Y,
+        Projection::Orthographic { width: 4.0 },
+        [32, 32],
+    );
+    Scene {
+        swatch: swatch(spec, size),
+        shapes: [spec.warp.shape, spec.weft.shape],
+        materials: Materials {
+            list: vec![material],
+            of_yarn: [vec![0; spec.pattern.ends], vec![0; spec.pattern.picks]],
+        },
+        camera: camera.unwrap(),
+        lights: Lights(lights),
+    }
+}
+
+pub fn furnace() -> Vec<Light> {
+    vec![Light::Constant { radiance: Rgb::ONE }]
+}
+
+/// Mean over all pixels, and its standard error.
+pub fn mean_radiance(scene: &Scene, spp: u32, max_depth: u32) -> (Rgb, Rgb) {
+    let limits = PathLimits { max_depth, roulette_depth: 5.min(max_depth), both_sides: false };
+    let mut film = Film::new(scene, 1, limits);
+    film.run(scene, spp, &Control::default()).unwrap();
+    let n = film.pixels().len() as f64;
+    let mean = film.pixels().iter().map(|pixel| pixel.mean()).sum::<Rgb>() / n;
+    let variance = film.pixels().iter().map(|pixel| pixel.variance()).sum::<Rgb>() / (n * n);
+    (mean, variance.map(f64::sqrt))
+}

@@ -1,0 +1,172 @@
+//! A whole cloth without blocks: every yarn from edge to edge, and a loop over all its segments.
+
+use plycloth::accel::bilinear::Bilinear;
+use plycloth::accel::cylinder::Cylinder;
+use plycloth::accel::ray::Ray;
+use plycloth::cloth::spec::{ClothSpec, YarnShape};
+use plycloth::cloth::twist::Twist;
+use plycloth::cloth::yarn_path::{YarnPath, YarnSet};
+use plycloth::control::Control;
+use plycloth::weave::curve::HeightCurve;
+use plycloth::weave::relax::relax;
+
+/// The rounding of heights and slopes that the swatch documents.
+pub const QUANTUM: f64 = 1.0 / 1024.0;
+
+pub enum Piece {
+    Cylinder(Cylinder),
+    Patch(Bilinear),
+}
+
+impl Piece {
+    fn enter(&self, ray: &Ray, t_min: f64, t_max: f64) -> Option<f64> {
+        match self {
+            Self::Cylinder(cylinder) => cylinder.enter(ray, t_min, t_max),
+            Self::Patch(patch) => patch.intersect(ray, t_min, t_max),
+        }
+    }
+}
+
+/// All pieces of a swatch, each with its yarn: the set and the number in the pattern (picks counted
+/// from the bottom).
+pub struct WholeCloth {
+    pub pieces: Vec<(YarnSet, usize, Piece)>,
+    size: [f64; 2],
+}
+
+/// Yarns side by side along one axis, without end; yarn 0 starts at the swatch's top left corner.
+struct Row<'a> {
+    spacing: &'a [f64],
+}
+
+impl Row<'_> {
+    fn index(&self, yarn: i64) -> usize {
+        yarn.rem_euclid(self.spacing.len() as i64) as usize
+    }
+
+    fn slot(&self, yarn: i64) -> f64 {
+        self.spacing[self.index(yarn)]
+    }
+
+    /// Where the slot of `yarn` starts if that of yarn 0 starts at 0.
+    fn start(&self, yarn: i64) -> f64 {
+        if yarn >= 0 {
+            (0..yarn).map(|i| self.slot(i)).sum()
+        } else {
+            -(yarn..0).map(|i| self.slot(i)).sum::<f64>()
+        }
+    }
+
+    /// How many yarns cover `length`.
+    fn covering(&self, length: f64) -> i64 {
+        (1..).find(|&yarn| self.start(yarn) >= length).unwrap()
+    }
+}
+
+impl WholeCloth {
+    pub fn new(spec: &ClothSpec, size: [f64; 2]) -> Self {
+        let spec = spec.bottom_up();
+        let relaxed = relax(&spec.relax_problem(), &Control::default()).unwrap();
+        let ends = Row { spacing: &spec.warp.spacing };
+        let picks = Row { spacing: &spec.weft.spacing };
+        // Beyond the edges, enough yarns for all that reaches into the swatch.
+        let around = 4;
+        let columns = -around..ends.covering(size[0]) + around;
+        let rows = -picks.covering(size[1]) - around..around;
+        let unit = spec.unit();
+        let mut pieces = Vec::new();
+        let mut add =
+            |set, yarn: i64, (own, crossing): (&Row, &Row), range: &std::ops::Range<i64>| {
+                let (curves, shape, phase_offset) = match set {
+                    YarnSet::Warp => (&relaxed.warp, spec.warp.shape, turned(&spec, size[1])),
+                    YarnSet::Weft => (&relaxed.weft, spec.weft.shape, 0),
+                };
+                let mean = crossing.spacing.iter().sum::<f64>() / crossing.spacing.len() as f64;
+                let twist = Twist::new(&shape, mean);
+                let path = YarnPath {
+                    set,
+                    offset: own.start(yarn) + 0.5 * own.slot(yarn),
+                    start: crossing.start(range.start),
+                    slots: range.clone().map(|i| crossing.slot(i)).collect(),
+                    knots: knots(&curves[own.index(yarn)], range, unit),
+                    phase: twist.phase(range.start + phase_offset),
+                };
+                pieces.extend(shapes(&path, shape, twist).map(|p| (set, own.index(yarn), p)));
+            };
+        for end in columns.clone() {
+            add(YarnSet::Warp, end, (&ends, &picks), &rows);
+        }
+        for pick in rows.clone() {
+            add(YarnSet::Weft, pick, (&picks, &ends), &columns);
+        }
+        Self { pieces, size }
+    }
+
+    /// The stretch of `ray` above the swatch's rectangle.
+    pub fn stretch(&self, ray: &Ray) -> (f64, f64) {
+        let slab = |axis: usize| {
+            let half = 0.5 * self.size[axis];
+            let at = |side: f64| (side * half - ray.origin[axis]) / ray.direction[axis];
+            (at(1.0).min(at(-1.0)), at(1.0).max(at(-1.0)))
+        };
+        let (x, y) = (slab(0), slab(1));
+        (x.0.max(y.0), x.1.min(y.1))
+    }
+
+    /// All entries within (`t_min`, `t_max`): distance, set and yarn.
+    pub fn entries(
+        &self,
+        ray: &Ray,
+        t_min: f64,
+        t_max: f64,
+    ) -> impl Iterator<Item = (f64, YarnSet, usize)> {
+        let corner = glam::DVec3::new(-0.5 * self.size[0], 0.5 * self.size[1], 0.0);
+        let ray = ray.shifted(corner);
+        self.pieces.iter().filter_map(move |(set, yarn, piece)| {
+            piece.enter(&ray, t_min, t_max).map(|t| (t, *set, *yarn))
+        })
+    }
+
+    /// The nearest of [`WholeCloth::entries`].
+    pub fn nearest(&self, ray: &Ray, t_min: f64, t_max: f64) -> Option<(f64, YarnSet, usize)> {
+        self.entries(ray, t_min, t_max).min_by(|a, b| a.0.total_cmp(&b.0))
+    }
+}
+
+/// How many picks up from the top edge the ends' twist counts from: a swatch of less than a whole
+/// tile counts from the bottom of the patterns that cover it.
+fn turned(spec: &ClothSpec, height: f64) -> i64 {
+    let picks = spec.weft.spacing.len();
+    let repeat: f64 = spec.weft.spacing.iter().sum();
+    let twist = Twist::new(&spec.warp.shape, repeat / picks as f64);
+    let covering = (height / repeat).ceil() as usize;
+    (picks * covering.min(twist.repeats(picks))) as i64
+}
+
+/// Rounded heights and slopes at the start and the middle of each slot, and at the end.
+fn knots(curve: &HeightCurve, range: &std::ops::Range<i64>, unit: f64) -> Vec<(f64, f64)> {
+    let round = |value: f64| (value / QUANTUM).round() * QUANTUM;
+    (2 * range.start..=2 * range.end)
+        .map(|knot| {
+            let i = knot.rem_euclid(curve.knots.len() as i64) as usize;
+            (round(curve.height[i]) * unit, round(curve.slope[i]))
+        })
+        .collect()
+}
+
+fn shapes(path: &YarnPath, shape: YarnShape, twist: Twist) -> impl Iterator<Item = Piece> {
+    let pieces: Vec<_> = match shape {
+        YarnShape::Round { plies, ply_radius, .. } => (0..plies)
+            .flat_map(|ply| {
+                let joints = path.ply(&shape, twist, ply);
+                let cylinder = |j: &[_]| Piece::Cylinder(Cylinder::new(j[0], j[1], ply_radius));
+                joints.windows(2).map(cylinder).collect::<Vec<_>>()
+            })
+            .collect(),
+        YarnShape::Flat { width, .. } => {
+            let edges = path.ribbon(width);
+            edges.windows(2).map(|e| Piece::Patch(Bilinear::new(e[0], e[1]))).collect()
+        }
+    };
+    pieces.into_iter()
+}

@@ -1,0 +1,112 @@
+//! Recorded paths against the path tracer, and their derivatives against finite differences.
+
+mod common;
+
+use common::{flat, mean_radiance, parameters, plain, ply, round, scene};
+use glam::DVec3;
+use plycloth::cloth::spec::YarnShape;
+use plycloth::control::Control;
+use plycloth::math::color::Rgb;
+use plycloth::render::light::{Light, Rectangle};
+use plycloth::render::path::PathLimits;
+use plycloth::render::scene::Scene;
+use plycloth::render::tape::{Tape, parameter};
+use plycloth::scatter::body::BodyKind;
+use plycloth::scatter::ply::PlyParameters;
+
+const LIMITS: PathLimits = PathLimits { max_depth: 6, roulette_depth: 3, both_sides: true };
+
+/// Light from in front and from behind, from a point, a rectangle and everywhere.
+fn lights() -> Vec<Light> {
+    let edges = [DVec3::new(3.0, 0.0, 0.0), DVec3::new(0.0, 3.0, 0.0)];
+    vec![
+        Light::Point { position: DVec3::new(0.0, 6.0, 8.0), intensity: Rgb::new(90.0, 80.0, 70.0) },
+        Light::Rectangle(Rectangle::new(DVec3::new(0.0, 1.0, -4.0), edges, Rgb::splat(5.0))),
+        Light::Constant { radiance: Rgb::new(0.3, 0.2, 0.1) },
+    ]
+}
+
+fn lit(shape: YarnShape, parameters: PlyParameters) -> Scene {
+    scene(&plain(shape), 40.0, ply(parameters), lights())
+}
+
+fn record(scene: &Scene, strata: usize) -> Tape {
+    Tape::record(scene, [2, 2], strata, 3, LIMITS, &Control::default()).unwrap()
+}
+
+#[test]
+fn averages_at_the_recorded_parameters_are_those_of_the_path_tracer() {
+    for shape in [round(3), flat()] {
+        let scene = lit(shape, parameters());
+        let averages = record(&scene, 48).evaluate(&[parameters()], &Control::default()).unwrap();
+        let mean: Rgb = averages.values.chunks(3).map(Rgb::from_slice).sum::<Rgb>() / 4.0;
+        let (expected, error) = mean_radiance(&scene, 64, LIMITS.max_depth);
+        let z = ((mean - expected) / error).abs().max_element();
+        // The tape has 9 in 64 of the tracer's samples.
+        assert!(z < 4.0 * (1.0f64 + 64.0 / 9.0).sqrt(), "{mean} {expected} {error}");
+    }
+}
+
+fn set(parameters: &mut PlyParameters, index: usize, value: f64) {
+    use parameter::*;
+    let p = parameters;
+    match index {
+        ETA => p.eta = value,
+        i if i < TRANSMISSION_TINT => p.specular_tint[i - SPECULAR_TINT] = value,
+        i if i < BASE_COLOR => p.transmission_tint[i - TRANSMISSION_TINT] = value,
+        i if i < TRANSMITTED_COLOR => p.base_color[i - BASE_COLOR] = value,
+        i if i < BODY_REFLECTION => p.transmitted_color[i - TRANSMITTED_COLOR] = value,
+        BODY_REFLECTION => p.body_reflection = value,
+        EXTINCTION => p.extinction = value,
+        ROUGHNESS => p.roughness.along = value,
+        i if i < EXIT_ROUGHNESS => p.roughness.across = value,
+        EXIT_ROUGHNESS => p.exit_roughness.along = value,
+        _ => p.exit_roughness.across = value,
+    }
+}
+
+fn get(parameters: &PlyParameters, index: usize) -> f64 {
+    let p = parameters;
+    let colors = [p.specular_tint, p.transmission_tint, p.base_color, p.transmitted_color];
+    let mut all = vec![p.eta];
+    all.extend(colors.iter().flat_map(|color| color.to_array()));
+    all.extend([p.body_reflection, p.extinction]);
+    all.extend([p.roughness.along, p.roughness.across]);
+    all.extend([p.exit_roughness.along, p.exit_roughness.across]);
+    all[index]
+}
+
+#[test]
+fn derivatives_agree_with_central_differences() {
+    for body in [BodyKind::Conserving, BodyKind::Printed] {
+        for shape in [round(2), flat()] {
+            let recorded = PlyParameters { body, ..parameters() };
+            let tape = record(&lit(shape, recorded), 16);
+            // Away from the recorded parameters, where every weight differs from one.
+            let mut here = recorded;
+            for index in 0..parameter::COUNT {
+                set(&mut here, index, get(&recorded, index) * 1.03);
+            }
+            let evaluate = |p: PlyParameters| tape.evaluate(&[p], &Control::default()).unwrap();
+            let exact = evaluate(here);
+            for index in 0..parameter::COUNT {
+                let step = 1e-7 * get(&here, index);
+                let moved = |sign: f64| {
+                    let mut moved = here;
+                    set(&mut moved, index, get(&here, index) + sign * step);
+                    evaluate(moved).values
+                };
+                let (plus, minus) = (moved(1.0), moved(-1.0));
+                for (i, (plus, minus)) in plus.iter().zip(&minus).enumerate() {
+                    let expected = (plus - minus) / (2.0 * step);
+                    let got = exact.jacobian[i * parameter::COUNT + index];
+                    let scale = expected.abs().max(1e-4 * exact.values[i] / get(&here, index));
+                    assert!(
+                        (got - expected).abs() <= 1e-4 * scale,
+                        "{body:?} {shape:?} parameter {index} value {i}: {got} {expected}"
+                    );
+                }
+            }
+        }
+    }
+}
