@@ -1,0 +1,85 @@
+"""plycloth: the look of woven cloth, from a weaving draft to a fitted picture."""
+
+from plycloth import datasets
+from plycloth._check import ParameterError
+from plycloth._json import FormatError, load, save
+from plycloth._plycloth import __version__
+from plycloth.bsdf import DiffuseBsdf, PlyBsdf
+from plycloth.camera import OrthographicCamera, PerspectiveCamera
+from plycloth.draft import Draft
+from plycloth.fabric import Fabric
+from plycloth.fit import fit
+from plycloth.fit_result import FitResult
+from plycloth.image import Image, ImageError, ImageWarning, read_image
+from plycloth.light import (
+    ConstantLight,
+    DirectionalLight,
+    EnvironmentLight,
+    PointLight,
+    RectangleLight,
+)
+from plycloth.overview import overview
+from plycloth.photo_fit import PhotoFit, fit_photographs
+from plycloth.photo_geometry import Geometry, YarnGuess
+from plycloth.presets import preset, presets
+from plycloth.relax import Relaxed, relax
+from plycloth.render import Renderer, render
+from plycloth.rig import photo_rig
+from plycloth.scatter import Interface, PlyLobes, body_reflection
+from plycloth.scene import Scene, Swatch
+from plycloth.spacing import Spacing, estimate_spacing
+from plycloth.weave import WeavePattern
+from plycloth.wif import WifError, WifWarning, read_wif, write_wif
+from plycloth.yarn import FlatYarn, RoundYarn
+
+__all__ = [
+    "ConstantLight",
+    "DiffuseBsdf",
+    "DirectionalLight",
+    "Draft",
+    "EnvironmentLight",
+    "Fabric",
+    "FitResult",
+    "FlatYarn",
+    "FormatError",
+    "Geometry",
+    "Image",
+    "ImageError",
+    "ImageWarning",
+    "Interface",
+    "OrthographicCamera",
+    "ParameterError",
+    "PerspectiveCamera",
+    "PhotoFit",
+    "PlyBsdf",
+    "PlyLobes",
+    "PointLight",
+    "RectangleLight",
+    "Relaxed",
+    "Renderer",
+    "RoundYarn",
+    "Scene",
+    "Spacing",
+    "Swatch",
+    "WeavePattern",
+    "WifError",
+    "WifWarning",
+    "YarnGuess",
+    "__version__",
+    "body_reflection",
+    "datasets",
+    "estimate_spacing",
+    "fit",
+    "fit_photographs",
+    "load",
+    "overview",
+    "photo_rig",
+    "preset",
+    "presets",
+    "read_image",
+    "read_wif",
+    "relax",
+    "render",
+    "save",
+    "write_wif",
+]

@@ -1,0 +1,274 @@
+"""Checks of what a user passes to a description.
+
+A check is a function of a field's name and the value given for it. It returns the value in the
+form that the description stores, or raises an error that names the field and what it may be.
+"""
+
+import difflib
+import math
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from numbers import Integral, Real
+from typing import Annotated, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Check = Callable[[str, Any], Any]
+Rgb = tuple[float, float, float]
+Vector = tuple[float, float, float]
+
+
+class ParameterError(ValueError):
+    """A parameter lies outside its valid range, or names nothing that exists."""
+
+
+@dataclass(frozen=True)
+class Range:
+    """The finite numbers from `low` to `high`; `exclusive` leaves out the two ends."""
+
+    low: float = -math.inf
+    high: float = math.inf
+    exclusive: bool = False
+
+    def holds(self, values: float | NDArray[Any]) -> NDArray[np.bool_]:
+        """Tell for each value whether it lies in the range; NaN and infinities never do."""
+        if self.exclusive:
+            inside = np.greater(values, self.low) & np.less(values, self.high)
+        else:
+            inside = np.greater_equal(values, self.low) & np.less_equal(values, self.high)
+        return np.asarray(inside & np.isfinite(values))
+
+    def __str__(self) -> str:
+        if math.isfinite(self.high):
+            ends = f"{self.low:g}, {self.high:g}"
+            return f"in ({ends})" if self.exclusive else f"in [{ends}]"
+        if math.isfinite(self.low):
+            bound = "greater than" if self.exclusive else "at least"
+            return f"finite and {bound} {self.low:g}"
+        return "finite"
+
+
+FINITE = Range()
+POSITIVE = Range(low=0.0, exclusive=True)
+NON_NEGATIVE = Range(low=0.0)
+UNIT = Range(0.0, 1.0)
+# Of positions in millimetres: differences of such numbers, and their squares, stay finite.
+COORDINATE = Range(-1e9, 1e9)
+
+
+def nearest(name: str, choices: Iterable[str]) -> str:
+    """Return the choice that is spelt most like `name`."""
+    return difflib.get_close_matches(name, list(choices), n=1, cutoff=0.0)[0]
+
+
+def number(valid: Range) -> Check:
+    """Check for one number within `valid`; stores a float."""
+
+    def check(name: str, value: Any) -> float:
+        value = _unwrap_scalar(value)
+        if not _is_real(value):
+            raise TypeError(f"{name} must be a number, not {_describe(value)}")
+        return _in_range(name, value, valid)
+
+    return check
+
+
+def integer(low: int, high: int) -> Check:
+    """Check for a whole number from `low` to `high`; stores an int."""
+
+    def check(name: str, value: Any) -> int:
+        value = _unwrap_scalar(value)
+        if isinstance(value, bool) or not isinstance(value, Integral):
+            raise TypeError(f"{name} must be an integer, not {_describe(value)}")
+        stored = int(value)
+        if not low <= stored <= high:
+            raise ParameterError(f"{name} must be in [{low}, {high}], not {stored}")
+        return stored
+
+    return check
+
+
+def vector(count: int, component: Check) -> Check:
+    """Check for exactly `count` components; stores a tuple."""
+
+    def check(name: str, value: Any) -> tuple[Any, ...]:
+        components = _components(name, value, f"{count} numbers")
+        if len(components) != count:
+            raise ParameterError(f"{name} must be {count} numbers, not {len(components)}")
+        return tuple(component(f"{name}[{i}]", part) for i, part in enumerate(components))
+
+    return check
+
+
+def number_or_vector(count: int, valid: Range) -> Check:
+    """Check for `count` numbers, or one that stands for all of them; stores a tuple of floats."""
+    one = number(valid)
+    several = vector(count, one)
+
+    def check(name: str, value: Any) -> tuple[float, ...]:
+        value = _unwrap_scalar(value)
+        if _is_real(value):
+            return (one(name, value),) * count
+        if not isinstance(value, Sequence | np.ndarray) or isinstance(value, str):
+            raise TypeError(f"{name} must be a number or {count} numbers, not {_describe(value)}")
+        components: tuple[float, ...] = several(name, value)
+        return components
+
+    return check
+
+
+def rgb(valid: Range) -> Check:
+    """Check for an RGB triple, or a number that stands for a grey; stores 3 floats."""
+    return number_or_vector(3, valid)
+
+
+def pair(valid: Range) -> Check:
+    """Check for two numbers, or one that stands for both; stores 2 floats."""
+    return number_or_vector(2, valid)
+
+
+def direction(name: str, value: Any) -> tuple[float, ...]:
+    """Check for a vector of 3 finite numbers that are not all zero; stores 3 floats."""
+    components: tuple[float, ...] = vector(3, number(FINITE))(name, value)
+    if not any(components):
+        raise ParameterError(f"{name} must have a length greater than 0, not {components}")
+    return components
+
+
+Direction = Annotated[Vector, direction]
+Point = Annotated[Vector, vector(3, number(COORDINATE))]
+
+
+def choice(*options: str) -> Check:
+    """Check for one of several names; stores the name."""
+
+    def check(name: str, value: Any) -> str:
+        if not isinstance(value, str):
+            raise TypeError(f"{name} must be a name ({_list(options)}), not {_describe(value)}")
+        return known_name(name, value, options)
+
+    return check
+
+
+def known_name(what: str, name: str, options: Iterable[str]) -> str:
+    """Return `name` if it is one of the options, else raise an error with the nearest one."""
+    options = list(options)
+    if name not in options:
+        raise ParameterError(
+            f"{what} must be one of {_list(options)}, not {name!r};"
+            f" the nearest is {nearest(name, options)!r}"
+        )
+    return name
+
+
+def instance(*types: type) -> Check:
+    """Check for an instance of one of the types; stores it as it is."""
+
+    def check(name: str, value: Any) -> Any:
+        if not isinstance(value, types):
+            names = " or ".join(kind.__name__ for kind in types)
+            raise TypeError(f"{name} must be a {names}, not {_describe(value)}")
+        return value
+
+    return check
+
+
+def optional(check: Check) -> Check:
+    """Check that lets None pass."""
+
+    def check_unless_none(name: str, value: Any) -> Any:
+        return None if value is None else check(name, value)
+
+    return check_unless_none
+
+
+def number_or_array(valid: Range) -> Check:
+    """Check for one number, or an array of one per thread; stores a float or a float64 array."""
+    one = number(valid)
+    several = array((None,), valid)
+
+    def check(name: str, value: Any) -> Any:
+        value = _unwrap_scalar(value)
+        return one(name, value) if _is_real(value) else several(name, value)
+
+    return check
+
+
+def array(shape: tuple[int | None, ...], valid: Range, dtype: type = np.float64) -> Check:
+    """Check for an array of a shape (None: any positive length); stores a read-only copy."""
+    wanted = " x ".join("n" if length is None else str(length) for length in shape) + " numbers"
+
+    def check(name: str, value: Any) -> NDArray[Any]:
+        stored = _float_array(name, value, dtype)
+        fits = stored.ndim == len(shape) and all(
+            length > 0 if wish is None else length == wish
+            for length, wish in zip(stored.shape, shape, strict=True)
+        )
+        if not fits:
+            raise ParameterError(f"{name} must be an array of {wanted}, not {_size(stored)}")
+        if not (held := valid.holds(stored)).all():
+            where = tuple(int(i) for i in np.argwhere(~held)[0])
+            index = ", ".join(map(str, where))
+            raise ParameterError(f"{name}[{index}] must be {valid}, not {stored[where]}")
+        return stored
+
+    return check
+
+
+def _float_array(name: str, value: Any, dtype: type) -> NDArray[Any]:
+    try:
+        given = np.asarray(value)
+    except ValueError:
+        raise ParameterError(f"{name} must be an array, but its rows differ in length") from None
+    if given.dtype.kind not in "fiu":
+        raise TypeError(f"{name} must hold real numbers, not {_describe(value)}")
+    # Adding 0 turns -0 into 0, so that equal arrays have equal bytes and thus equal hashes.
+    with np.errstate(over="ignore"):
+        stored: NDArray[Any] = np.ascontiguousarray(given, dtype) + dtype(0)
+    stored.flags.writeable = False
+    return stored
+
+
+def _in_range(name: str, value: Real, valid: Range) -> float:
+    try:
+        stored = float(value)
+    except OverflowError:
+        stored = math.inf
+    if not valid.holds(stored):
+        raise ParameterError(f"{name} must be {valid}, not {stored!r}")
+    return stored
+
+
+def _components(name: str, value: Any, wanted: str) -> list[Any]:
+    if isinstance(value, np.ndarray) and value.ndim == 1:
+        return list(value)
+    if isinstance(value, Sequence) and not isinstance(value, str):
+        return list(value)
+    raise TypeError(f"{name} must be {wanted}, not {_describe(value)}")
+
+
+def _unwrap_scalar(value: Any) -> Any:
+    is_scalar = isinstance(value, np.generic | np.ndarray) and value.ndim == 0
+    return value.item() if is_scalar else value
+
+
+def _is_real(value: Any) -> bool:
+    return isinstance(value, Real) and not isinstance(value, bool)
+
+
+def _describe(value: Any) -> str:
+    kind = type(value).__name__
+    if isinstance(value, np.ndarray):
+        return f"a {value.dtype} array of {_size(value)}"
+    if value is None or isinstance(value, bool):
+        return repr(value)
+    return f"{value!r} ({kind})" if isinstance(value, str | complex) else f"a value of type {kind}"
+
+
+def _size(values: NDArray[Any]) -> str:
+    return " x ".join(map(str, values.shape)) or "no dimension"
+
+
+def _list(options: Iterable[str]) -> str:
+    return ", ".join(map(repr, options))

@@ -1,0 +1,101 @@
+"""Types of the compiled core."""
+
+from collections.abc import Callable, Sequence
+from typing import Self, final
+
+import numpy as np
+import numpy.typing as npt
+
+from plycloth.bsdf import PlyBsdf
+
+__version__: str
+
+def decode_exr(data: bytes) -> npt.NDArray[np.float32]: ...
+def encode_exr(pixels: npt.NDArray[np.float32]) -> bytes: ...
+def relax(
+    warp_up: npt.NDArray[np.bool_],
+    warp: tuple[npt.NDArray[np.float64], npt.NDArray[np.float64], npt.NDArray[np.float64]],
+    weft: tuple[npt.NDArray[np.float64], npt.NDArray[np.float64], npt.NDArray[np.float64]],
+    collision_stiffness: float,
+) -> tuple[
+    float,
+    float,
+    int,
+    tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]],
+    tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]],
+]: ...
+
+@final
+class CompiledScene:
+    def __new__(cls, scene: object, progress: Callable[[int], None] | None = None) -> Self: ...
+    @property
+    def distinct_blocks(self) -> int: ...
+
+@final
+class CompiledFilm:
+    def __new__(cls, scene: CompiledScene, seed: int, max_depth: int, both_sides: bool) -> Self: ...
+    def run(
+        self,
+        scene: CompiledScene,
+        spp: int,
+        threads: int | None = None,
+        progress: Callable[[int], None] | None = None,
+    ) -> None: ...
+    def pixels(self, scene: CompiledScene) -> npt.NDArray[np.float32]: ...
+    def variance(self, scene: CompiledScene) -> npt.NDArray[np.float32]: ...
+    @property
+    def samples(self) -> int: ...
+
+@final
+class CompiledTape:
+    PARAMETERS: int
+    def __new__(
+        cls,
+        scene: CompiledScene,
+        grid: tuple[int, int],
+        strata: int,
+        seed: int,
+        max_depth: int,
+        threads: int | None = None,
+        progress: Callable[[int], None] | None = None,
+    ) -> Self: ...
+    def evaluate(
+        self, bsdfs: Sequence[PlyBsdf], threads: int | None = None
+    ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]: ...
+    @property
+    def bytes(self) -> int: ...
+
+@final
+class CompiledInterface:
+    def __new__(cls, eta: float, roughness: tuple[float, float]) -> Self: ...
+    def eval(
+        self, wo: npt.NDArray[np.float64], wi: npt.NDArray[np.float64]
+    ) -> npt.NDArray[np.float64]: ...
+    def pdf(
+        self, wo: npt.NDArray[np.float64], wi: npt.NDArray[np.float64]
+    ) -> npt.NDArray[np.float64]: ...
+    def sample(
+        self, wo: npt.NDArray[np.float64], u: npt.NDArray[np.float64]
+    ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]: ...
+
+@final
+class CompiledRibbon:
+    def __new__(cls, bsdf: PlyBsdf, thickness_mm: float) -> Self: ...
+    def eval(
+        self,
+        wo: npt.NDArray[np.float64],
+        wi: npt.NDArray[np.float64],
+        passages: int,
+        seed: int,
+    ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]: ...
+    def sample(
+        self, wo: npt.NDArray[np.float64], seed: int
+    ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]: ...
+
+def body_reflection(
+    base_color: tuple[float, float, float],
+    cos_o: npt.NDArray[np.float64],
+    cos_i: npt.NDArray[np.float64],
+    eta: float,
+    body: str,
+) -> npt.NDArray[np.float64]: ...

@@ -1,0 +1,111 @@
+"""Reading weaving drafts from WIF files."""
+
+import re
+import warnings
+from os import PathLike, fspath
+from pathlib import Path
+
+from plycloth._wif_shed import read_shed, treading_section
+from plycloth._wif_text import Wif, WifWarning, parse
+from plycloth._wif_yarns import Palette, read_colors, read_lengths
+from plycloth.draft import DEFAULT_WARP_COLOR, DEFAULT_WEFT_COLOR, Draft
+from plycloth.weave import WeavePattern
+
+# The sections that are read. [WIF] and [CONTENTS] are not: version and contents may lie.
+_SECTION = re.compile(
+    r"TEXT|NOTES|WEAVING|THREADING|TIEUP|TREADLING|LIFTPLAN|COLOR (PALETTE|TABLE)"
+    r"|(WARP|WEFT)( COLORS| SPACING| THICKNESS)?"
+)
+
+# More ends or picks than this are taken for a mistake in the file.
+MOST_YARNS = 1_000_000
+
+
+def read_wif(path: str | PathLike[str]) -> Draft:
+    """Read a weaving draft from a WIF (Weaving Information File, version 1.1).
+
+    Of what the file says twice, the tie-up and treadling win over the lift plan, the later of
+    two equal keys over the earlier, and the sections themselves over [CONTENTS], which is not
+    read. Rows that are absent take the default of [WARP] or [WEFT]; of the threading and the
+    treadling they are empty. A missing thickness is taken as 0.8 of the spacing, a missing
+    spacing as 1 mm, missing units as centimetres.
+
+    Parameters
+    ----------
+    path
+        The file, in UTF-8 or else Latin-1.
+
+    Returns
+    -------
+    Draft
+        The first pick and the first end of the file are the first of its pattern.
+
+    Raises
+    ------
+    WifError
+        If the file is no WIF, or lacks what the pattern or a colour needs, or has more than a
+        million yarns or 100 million crossings; it names the section, key and line.
+    OSError
+        If the file cannot be opened.
+
+    Warns
+    -----
+    WifWarning
+        For each thing that is odd or missing, and what was made of it.
+    """
+    wif = parse(Path(path).read_bytes(), fspath(path), _is_read)
+    draft = _interpret(wif)
+    for oddity in wif.oddities:
+        warnings.warn(oddity, WifWarning, stacklevel=2)
+    return draft
+
+
+def _is_read(section: str) -> bool:
+    return _SECTION.fullmatch(section) is not None
+
+
+def _interpret(wif: Wif) -> Draft:
+    if not any(map(_is_read, wif.sections)):
+        raise wif.error("is not a WIF: it has no section such as [WARP] or [THREADING]")
+    if not wif.rows_of("THREADING"):
+        raise wif.error("has no rows", section="THREADING")
+    ends = _count_yarns(wif, "WARP", "THREADING")
+    picks = _count_yarns(wif, "WEFT", treading_section(wif))
+    shed = read_shed(wif, picks, ends)
+    palette = Palette(wif)
+    warp_spacing, warp_thickness = read_lengths(wif, "WARP", ends)
+    weft_spacing, weft_thickness = read_lengths(wif, "WEFT", picks)
+    return Draft(
+        WeavePattern(shed.warp_up),
+        read_colors(wif, "WARP", palette, shed.is_threaded, DEFAULT_WARP_COLOR),
+        read_colors(wif, "WEFT", palette, shed.is_treadled, DEFAULT_WEFT_COLOR),
+        warp_spacing,
+        weft_spacing,
+        warp_thickness,
+        weft_thickness,
+        _read_title(wif),
+        _read_notes(wif),
+    )
+
+
+def _count_yarns(wif: Wif, side: str, section: str) -> int:
+    """Return the number of yarns that a side declares, or else that a section has rows for."""
+    if entry := wif.entry(side, "threads"):
+        count = wif.count(entry)
+        if not 1 <= count <= MOST_YARNS:
+            raise wif.error(f"must be from 1 to {MOST_YARNS:,}, not {count}", entry)
+        return count
+    rows = wif.numbered(section, MOST_YARNS)
+    if not rows:
+        raise wif.error(f"has no Threads, and [{section}] has no numbered row", section=side)
+    wif.note(f"no Threads: {max(rows)} are taken, the last row of [{section}]", section=side)
+    return max(rows)
+
+
+def _read_title(wif: Wif) -> str:
+    entry = wif.rows_of("TEXT").get("title")
+    return entry.value if entry else ""
+
+
+def _read_notes(wif: Wif) -> str:
+    return "\n".join(entry.value for entry in wif.numbered("NOTES").values())

@@ -1,0 +1,177 @@
+"""From threading, tie-up, treadling or lift plan of a WIF to the pattern they weave."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from plycloth._wif_text import Entry, Wif
+
+# More crossings, or shafts times picks, than this are taken for a mistake in the file rather
+# than worked on until the memory is full.
+MOST_CELLS = 100_000_000
+
+BoolArray = NDArray[np.bool_]
+IntArray = NDArray[np.int64]
+
+
+class Shed(NamedTuple):
+    """What the draft weaves, and which of its yarns the file really speaks of."""
+
+    warp_up: BoolArray
+    is_threaded: BoolArray
+    is_treadled: BoolArray
+
+
+class _Lists(NamedTuple):
+    """A section whose rows are lists, as pairs of a row and a number in it, without zeros.
+
+    The pairs are sorted by row; rows and numbers count from 1.
+    """
+
+    entries: dict[int, Entry]
+    row: IntArray
+    number: IntArray
+
+
+def treading_section(wif: Wif) -> str:
+    """Return the section that says what each pick lifts: a tie-up pair wins over a lift plan."""
+    if wif.rows_of("TIEUP") and wif.rows_of("TREADLING"):
+        return "TREADLING"
+    if wif.rows_of("LIFTPLAN"):
+        return "LIFTPLAN"
+    for present, missing in (("TREADLING", "TIEUP"), ("TIEUP", "TREADLING")):
+        if wif.rows_of(present):
+            raise wif.error(f"has no rows, and [{present}] needs it", section=missing)
+    raise wif.error("has no rows, nor have [TIEUP] and [TREADLING]", section="LIFTPLAN")
+
+
+def read_shed(wif: Wif, picks: int, ends: int) -> Shed:
+    """Work out the drawdown of `picks` x `ends` crossings."""
+    _check_size(wif, picks, ends, "crossings")
+    threading = _read_lists(wif, "THREADING", ends)
+    treading = _read_lists(wif, treading_section(wif), picks)
+    shafts, shaft = np.unique(threading.number, return_inverse=True)
+    _check_size(wif, picks, shafts.size, "picks times shafts")
+    if treading_section(wif) == "TREADLING":
+        lifted = _lift_by_treadles(wif, treading, shafts, picks)
+    else:
+        lifted = _lift_by_plan(wif, treading, shafts, picks)
+    _check_shaft_count(wif, threading)
+    by_shaft = np.ascontiguousarray(lifted.T)
+    warp_up = _unite_rows(ends, threading.row - 1, shaft, by_shaft).T
+    if (rising := wif.entry("WEAVING", "rising shed")) and not wif.boolean(rising):
+        warp_up = ~warp_up
+    shed = Shed(warp_up, _rows_given(threading, ends), _rows_given(treading, picks))
+    _note_bare_yarns(wif, "THREADING", shed.is_threaded)
+    _note_bare_yarns(wif, treading_section(wif), shed.is_treadled)
+    return shed
+
+
+def _read_lists(wif: Wif, section: str, limit: int | None = None) -> _Lists:
+    entries = wif.numbered(section, limit)
+    # Rows repeat: each distinct text is read once.
+    known: dict[str, IntArray] = {}
+    lists = []
+    for entry in entries.values():
+        if (numbers := known.get(entry.value)) is None:
+            numbers = known[entry.value] = wif.whole_numbers(entry)
+        lists.append(numbers)
+    lengths = np.array([numbers.size for numbers in lists], dtype=np.int64)
+    row = np.repeat(np.array(list(entries), dtype=np.int64), lengths)
+    number = np.concatenate([np.empty(0, dtype=np.int64), *lists])
+    is_any = number > 0  # 0 stands for none
+    return _Lists(entries, row[is_any], number[is_any])
+
+
+def _lift_by_treadles(wif: Wif, treadling: _Lists, shafts: IntArray, picks: int) -> BoolArray:
+    """Return picks x shafts: whether one of the pick's treadles is tied to the shaft."""
+    tieup = _read_lists(wif, "TIEUP")
+    declared = wif.entry("WEAVING", "treadles")
+    _check_treadles(wif, treadling, tieup, wif.count(declared) if declared else 0)
+    treadles, treadle = np.unique(treadling.number, return_inverse=True)
+    _check_size(wif, treadles.size, shafts.size, "treadles times shafts")
+    ties = np.zeros((treadles.size, shafts.size), dtype=bool)
+    tied_treadle, is_trodden = _look_up(tieup.row, treadles)
+    tied_shaft, is_threaded = _look_up(tieup.number, shafts)
+    is_used = is_trodden & is_threaded
+    ties[tied_treadle[is_used], tied_shaft[is_used]] = True
+    return _unite_rows(picks, treadling.row - 1, treadle, ties)
+
+
+def _check_treadles(wif: Wif, treadling: _Lists, tieup: _Lists, declared: int) -> None:
+    """Refuse a treadle that is neither declared nor tied up; one that is only tied up is odd."""
+    tied = np.array(list(tieup.entries), dtype=np.int64)
+    beyond = np.flatnonzero(treadling.number > declared)
+    is_unknown = ~np.isin(treadling.number[beyond], tied)
+    if is_unknown.any():
+        first = beyond[is_unknown][0]
+        raise wif.error(
+            f"treadle {treadling.number[first]} has no row in [TIEUP] and is beyond"
+            f" Treadles={declared}",
+            treadling.entries[int(treadling.row[first])],
+        )
+    if declared and beyond.size:
+        entry = treadling.entries[int(treadling.row[beyond[0]])]
+        wif.note(f"treadle {treadling.number[beyond[0]]} is beyond Treadles={declared}", entry)
+
+
+def _lift_by_plan(wif: Wif, plan: _Lists, shafts: IntArray, picks: int) -> BoolArray:
+    """Return picks x shafts: whether the pick's row of the lift plan names the shaft."""
+    lifted = np.zeros((picks, shafts.size), dtype=bool)
+    shaft, is_threaded = _look_up(plan.number, shafts)
+    lifted[plan.row[is_threaded] - 1, shaft[is_threaded]] = True
+    return lifted
+
+
+def _look_up(values: IntArray, ascending: IntArray) -> tuple[IntArray, BoolArray]:
+    """Return where each value stands in an array, and whether it is there at all."""
+    if not ascending.size:
+        return np.zeros_like(values), np.zeros(values.shape, dtype=bool)
+    position = np.searchsorted(ascending, values).clip(max=ascending.size - 1)
+    return position, ascending[position] == values
+
+
+def _unite_rows(count: int, row: IntArray, source: IntArray, table: BoolArray) -> BoolArray:
+    """Return `count` rows, each the union of those rows of `table` that its pairs name.
+
+    `row` and `source` are the pairs, sorted by row and counted from 0.
+    """
+    united = np.zeros((count, table.shape[1]), dtype=bool)
+    rank = np.arange(row.size) - np.searchsorted(row, row)
+    by_rank = np.argsort(rank, kind="stable")
+    # A row occurs at most once per rank, so that each rank is one vectorised step.
+    for chosen in np.split(by_rank, np.cumsum(np.bincount(rank))[:-1]):
+        united[row[chosen]] |= table[source[chosen]]
+    return united
+
+
+def _rows_given(lists: _Lists, count: int) -> BoolArray:
+    given = np.zeros(count, dtype=bool)
+    given[np.array(list(lists.entries), dtype=np.int64) - 1] = True
+    return given
+
+
+def _note_bare_yarns(wif: Wif, section: str, is_given: BoolArray) -> None:
+    if not is_given.all():
+        missing = np.flatnonzero(~is_given) + 1
+        wif.note(
+            f"{missing.size} of {is_given.size} rows are absent, the first {missing[0]}; they are"
+            " taken for empty",
+            section=section,
+        )
+
+
+def _check_shaft_count(wif: Wif, threading: _Lists) -> None:
+    declared = wif.entry("WEAVING", "shafts")
+    if not declared:
+        return
+    beyond = np.flatnonzero(threading.number > wif.count(declared))
+    if beyond.size:
+        entry = threading.entries[int(threading.row[beyond[0]])]
+        wif.note(f"shaft {threading.number[beyond[0]]} is beyond Shafts={declared.bare}", entry)
+
+
+def _check_size(wif: Wif, rows: int, columns: int, what: str) -> None:
+    if rows * columns > MOST_CELLS:
+        raise wif.error(f"{rows} x {columns} {what} are too many, at most {MOST_CELLS:,} are read")

@@ -1,0 +1,215 @@
+"""Colour, spacing and thickness of each yarn of a WIF.
+
+Each has a default in [WARP] or [WEFT] and a section with rows for the yarns that differ.
+"""
+
+from decimal import Decimal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from plycloth._wif_text import Entry, Wif, WifError
+from plycloth.draft import DEFAULT_SPACING, DEFAULT_THICKNESS_RATIO
+
+FloatArray = NDArray[np.float64]
+
+_MM_PER_INCH = Decimal("25.4")
+_MM_PER_UNIT = {
+    "decipoints": _MM_PER_INCH / 720,
+    "inches": _MM_PER_INCH,
+    "centimeters": Decimal(10),
+}
+_OTHER_SPELLINGS = {
+    "decipoint": "decipoints",
+    "inch": "inches",
+    "in": "inches",
+    "centimeter": "centimeters",
+    "centimetre": "centimeters",
+    "centimetres": "centimeters",
+    "cm": "centimeters",
+}
+
+
+class Palette:
+    """The colours of [COLOR TABLE], scaled by the Range of [COLOR PALETTE] to [0, 1]."""
+
+    def __init__(self, wif: Wif) -> None:
+        self._wif = wif
+        self._low, self._high = self._read_range()
+        self._clipped: list[Entry] = []
+        self._colors = {
+            number: self._scale(entry, self._triple(entry, wif.decimals(entry)))
+            for number, entry in wif.numbered("COLOR TABLE").items()
+            if entry.bare
+        }
+        self._note_clipped()
+
+    def __bool__(self) -> bool:
+        return bool(self._colors)
+
+    def color(self, entry: Entry) -> tuple[float, ...]:
+        """Return the colour that an entry names: `index` or `index,R,G,B`."""
+        numbers = self._wif.decimals(entry)
+        if len(numbers) == 4:
+            color = self._scale(entry, numbers[1:])
+            self._note_clipped()
+            return color
+        if len(numbers) != 1:
+            raise self._wif.error(f"must be index or index,R,G,B, not {entry.bare!r}", entry)
+        if not self._colors:
+            raise self._wif.error("there is no [COLOR TABLE] to look it up in", entry)
+        if numbers[0] not in self._colors:
+            raise self._wif.error(
+                f"there is no colour {numbers[0]} in [COLOR TABLE], which has rows from"
+                f" {min(self._colors)} to {max(self._colors)}",
+                entry,
+            )
+        return self._colors[int(numbers[0])]
+
+    def _read_range(self) -> tuple[Decimal, Decimal]:
+        entry = self._wif.entry("COLOR PALETTE", "range")
+        if entry is None:
+            return Decimal(0), Decimal(255)
+        numbers = self._wif.decimals(entry)
+        if len(numbers) != 2 or numbers[0] >= numbers[1]:
+            raise self._wif.error(f"must be lowest,highest, not {entry.bare!r}", entry)
+        return numbers[0], numbers[1]
+
+    def _triple(self, entry: Entry, numbers: list[Decimal]) -> list[Decimal]:
+        if len(numbers) != 3:
+            raise self._wif.error(f"must be R,G,B, not {entry.bare!r}", entry)
+        return numbers
+
+    def _scale(self, entry: Entry, numbers: list[Decimal]) -> tuple[float, ...]:
+        scaled = [float((n - self._low) / (self._high - self._low)) for n in numbers]
+        if min(scaled) < 0 or max(scaled) > 1:
+            self._clipped.append(entry)
+        return tuple(min(max(value, 0.0), 1.0) for value in scaled)
+
+    def _note_clipped(self) -> None:
+        self._wif.note_all(self._clipped, f"is clipped to the range {self._low},{self._high}")
+        self._clipped = []
+
+
+def read_colors(
+    wif: Wif,
+    side: str,
+    palette: Palette,
+    is_woven: NDArray[np.bool_],
+    fallback: tuple[float, ...],
+) -> FloatArray:
+    """Return the colour of each yarn of a side, WARP or WEFT.
+
+    A default that is no valid colour is an error if a yarn that is woven needs it, else odd.
+    """
+    colors = np.full((is_woven.size, 3), np.nan)
+    known: dict[str, tuple[float, ...]] = {}
+    for number, entry in wif.numbered(f"{side} COLORS", is_woven.size).items():
+        if entry.bare not in known:
+            known[entry.bare] = palette.color(entry) if entry.bare else (np.nan,) * 3
+        colors[number - 1] = known[entry.bare]
+    needs_default = np.isnan(colors[:, 0])
+    is_woven_by_default = bool((needs_default & is_woven).any())
+    default = _default_color(wif, side, palette, is_woven_by_default)
+    if needs_default.any() and default is None:
+        wif.note(f"no colour for {needs_default.sum()} yarns: {fallback} is taken", section=side)
+    colors[needs_default] = default or fallback
+    return colors
+
+
+def _default_color(
+    wif: Wif, side: str, palette: Palette, is_needed: bool
+) -> tuple[float, ...] | None:
+    entry = wif.entry(side, "color")
+    if entry is None:
+        return None
+    try:
+        return palette.color(entry)
+    except WifError as error:
+        # With no table at all a file has no colours, which is no reason to refuse its weave.
+        if is_needed and palette:
+            raise
+        wif.note(error.problem, entry)
+        return None
+
+
+def read_lengths(wif: Wif, side: str, count: int) -> tuple[FloatArray, FloatArray]:
+    """Return spacing and thickness in millimetres of each of `count` yarns of a side.
+
+    A missing thickness is a fixed part of the spacing, a missing spacing the same of the
+    thickness, and where both are missing, yarns are 1 mm apart.
+    """
+    unit = _mm_per_unit(wif, side)
+    spacing = _read_length(wif, side, "spacing", count, unit)
+    thickness = _read_length(wif, side, "thickness", count, unit)
+    no_spacing, no_thickness = np.isnan(spacing), np.isnan(thickness)
+    spacing[no_spacing] = thickness[no_spacing] / DEFAULT_THICKNESS_RATIO
+    no_length = no_spacing & no_thickness
+    spacing[no_length] = DEFAULT_SPACING
+    thickness[no_thickness] = spacing[no_thickness] * DEFAULT_THICKNESS_RATIO
+    if no_length.any():
+        wif.note(f"no spacing: {DEFAULT_SPACING:g} mm is taken", section=side)
+    elif no_spacing.any():
+        wif.note(f"no spacing: thickness / {DEFAULT_THICKNESS_RATIO} is taken", section=side)
+    if no_thickness.any():
+        wif.note(f"no thickness: {DEFAULT_THICKNESS_RATIO} of the spacing is taken", section=side)
+    if (is_thick := thickness > spacing).any():
+        first = int(np.flatnonzero(is_thick)[0])
+        wif.note(
+            f"{is_thick.sum()} yarns are thicker than their spacing, the first {first + 1}:"
+            f" {thickness[first]:g} mm against {spacing[first]:g} mm",
+            section=side,
+        )
+    return spacing, thickness
+
+
+def _read_length(wif: Wif, side: str, what: str, count: int, unit: Decimal) -> FloatArray:
+    """Read the lengths of all yarns, NaN where the file has none."""
+    default = wif.entry(side, what)
+    lengths = np.full(count, _in_mm(wif, default, unit) if default else np.nan)
+    known: dict[str, float] = {}
+    for number, entry in wif.numbered(f"{side} {what.upper()}", count).items():
+        if not entry.bare:
+            continue
+        if entry.bare not in known:
+            known[entry.bare] = _in_mm(wif, entry, unit)
+        lengths[number - 1] = known[entry.bare]
+    return lengths
+
+
+def _in_mm(wif: Wif, entry: Entry, unit: Decimal) -> float:
+    numbers = wif.decimals(entry)
+    if len(numbers) != 1 or numbers[0] < 0:
+        raise wif.error(f"must be one number of at least 0, not {entry.bare!r}", entry)
+    # In decimal arithmetic, for a binary factor would move the last digit of what was written.
+    length = float(numbers[0] * unit)
+    if not np.isfinite(length):
+        raise wif.error(f"is too large: {entry.bare}", entry)
+    if length == 0:
+        wif.note("is 0, which is taken for not given", entry)
+        return float("nan")
+    return length
+
+
+def _mm_per_unit(wif: Wif, side: str) -> Decimal:
+    entry = wif.entry(side, "units")
+    if entry is None:
+        other = wif.entry("WEFT" if side == "WARP" else "WARP", "units")
+        taken = f"those of [{other.section}] are" if other else "centimeters are"
+        if _has_lengths(wif, side):
+            wif.note(f"no units: {taken} taken", section=side)
+        if other is None:
+            return _MM_PER_UNIT["centimeters"]
+        entry = other
+    name = entry.bare.lower()
+    unit = _MM_PER_UNIT.get(_OTHER_SPELLINGS.get(name, name))
+    if unit is None:
+        raise wif.error(f"must be Decipoints, Inches or Centimeters, not {entry.bare!r}", entry)
+    return unit
+
+
+def _has_lengths(wif: Wif, side: str) -> bool:
+    return any(
+        wif.entry(side, what) or wif.rows_of(f"{side} {what.upper()}")
+        for what in ("spacing", "thickness")
+    )

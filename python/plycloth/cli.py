@@ -1,0 +1,262 @@
+"""The command line: `plycloth render` and `plycloth fit`, for people with no script."""
+
+import argparse
+import sys
+import warnings
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Any
+
+from plycloth._plycloth import __version__
+from plycloth.draft import Draft
+from plycloth.fabric import Fabric
+from plycloth.image import WRITABLE, Image, ImageError, read_image
+from plycloth.light import EnvironmentLight, Light
+from plycloth.overview import LIGHTINGS, overview
+from plycloth.page import Page
+from plycloth.presets import preset, presets
+from plycloth.render import render
+from plycloth.report import GAMMA, Comparison, save_fit
+from plycloth.wif import read_wif
+from plycloth.yarn import RoundYarn
+
+SIDES = ("front", "back")
+
+BAD_INPUT = 2
+INTERRUPTED = 130
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line.
+
+    Parameters
+    ----------
+    arguments
+        What follows the program's name; None: those of the process.
+
+    Returns
+    -------
+    int
+        0; 2 for bad input, about which one line is printed; 130 after Ctrl-C.
+
+    Raises
+    ------
+    SystemExit
+        By argparse, with 2 for unknown arguments, and with 0 for --help and --version.
+    """
+    options = _parser().parse_args(arguments)
+    try:
+        with _warnings_on_one_line():
+            options.run(options)
+    except KeyboardInterrupt:
+        print("plycloth: interrupted", file=sys.stderr)
+        return INTERRUPTED
+    except (OSError, ValueError) as error:
+        print(f"plycloth: error: {_one_line(error)}", file=sys.stderr)
+        return BAD_INPUT
+    return 0
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="plycloth", description="The look of woven cloth, from weaving draft to fitted picture"
+    )
+    parser.add_argument("--version", action="version", version=f"plycloth {__version__}")
+    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+    _add_render(commands)
+    _add_fit(commands)
+    return parser
+
+
+def _add_render(commands: Any) -> None:
+    command = commands.add_parser(
+        "render",
+        help="a picture of the cloth that a draft describes",
+        description="Render the cloth that a draft describes, whole and in its colours, seen from"
+        " straight above.",
+    )
+    command.set_defaults(run=_render)
+    add = command.add_argument
+    add("draft", metavar="DRAFT.wif", type=Path)
+    add(
+        "-o",
+        "--output",
+        metavar="FILE",
+        type=Path,
+        required=True,
+        help=".png (sRGB, 8 bit) or .exr (linear, 32 bit)",
+    )
+    add("--spp", type=int, default=32, help="samples per pixel (default: %(default)s)")
+    add(
+        "--width",
+        type=int,
+        metavar="PIXELS",
+        help="width of the picture (default: 16 pixels per yarn, 512 to 1024 on the longer side)",
+    )
+    add(
+        "--size-mm",
+        type=float,
+        nargs=2,
+        metavar=("WIDTH", "HEIGHT"),
+        help="render a piece of this size, the draft repeated (default: the draft once)",
+    )
+    add(
+        "--yarn",
+        metavar="NAME",
+        help="give all yarns the plies and twist of a measured yarn, scaled to the draft's"
+        f" thickness: {', '.join(presets())} (default: three plies)",
+    )
+    add(
+        "--light",
+        default="day",
+        metavar="NAME",
+        help=f"{', '.join(LIGHTINGS)}, or an environment map .exr (default: %(default)s)",
+    )
+    _add_common(command)  # fmt: skip
+
+
+def _add_fit(commands: Any) -> None:
+    command = commands.add_parser(
+        "fit",
+        help="a fabric from two photographs, one lit from the front and one from behind",
+        description="Find the fabric on two photographs taken with the rig of Tang et al. 2024"
+        " (docs/conventions.md): one lit from the front, one from behind.",
+    )
+    command.set_defaults(run=_fit)
+    add = command.add_argument
+    add("front", metavar="FRONT.png", type=Path)
+    add("back", metavar="BACK.png", type=Path)
+    add(
+        "-o",
+        "--output",
+        metavar="FOLDER",
+        type=Path,
+        required=True,
+        help="gets fit.json, fabric.json, front.png, back.png and index.html",
+    )
+    add("--tie", action="store_true", help="warp and weft are the same yarn")
+    add(
+        "--draft",
+        metavar="DRAFT.wif",
+        type=Path,
+        help="the weave, if it is known (default: looked for)",
+    )
+    _add_common(command)  # fmt: skip
+
+
+def _add_common(command: argparse.ArgumentParser) -> None:
+    add = command.add_argument
+    add("--seed", type=int, default=0, help="of the random numbers (default: %(default)s)")
+    add("--threads", type=int, help="default: one per processor")
+    add("--quiet", action="store_true", help="print nothing but errors")
+
+
+def _render(options: argparse.Namespace) -> None:
+    _check_output(options.output)
+    draft = read_wif(options.draft)
+    yarn = None if options.yarn is None else _scaled_preset(options.yarn, draft)
+    fabric = Fabric.from_draft(draft, yarn, yarn)
+    size = None if options.size_mm is None else tuple(options.size_mm)
+    scene = overview(fabric, _light(options.light), size_mm=size, width=options.width)
+    image = render(
+        scene,
+        spp=options.spp,
+        seed=options.seed,
+        threads=options.threads,
+        progress=_progress(options),
+    )
+    image.save(options.output)
+    _say(options, f"{options.output}: {image.width} x {image.height} pixels of {draft!r}")
+
+
+def _fit(options: argparse.Namespace) -> None:
+    photographs = [_photograph(path) for path in (options.front, options.back)]
+    if options.output.exists() and not options.output.is_dir():
+        raise ValueError(f"{options.output}: is a file, but must be a folder")
+    from plycloth.photo_fit import fit_photographs
+
+    found = fit_photographs(*photographs, progress=_progress(options), **_chosen(options))
+    pictures = found.pictures()
+    comparisons = [
+        Comparison(side, photograph, pictures[side])
+        for side, photograph in zip(SIDES, photographs, strict=True)
+    ]
+    page = Page(f"Fabric of {options.front.name} and {options.back.name}")
+    page.text(f"The geometry that fits best: {found.geometry}.")
+    save_fit(options.output, page, found.result, comparisons, record=found.summary())
+    errors = zip(SIDES, found.result.errors, strict=True)
+    summary = ", ".join(f"{side} {error:.1%}" for side, error in errors)
+    _say(options, f"{options.output / 'index.html'}: relative errors {summary}")
+
+
+def _photograph(path: Path) -> Image:
+    """Read a photograph; one in an EXR is linear already."""
+    return read_image(path, None if path.suffix.lower() == ".exr" else GAMMA)
+
+
+def _chosen(options: argparse.Namespace) -> dict[str, Any]:
+    """Return the arguments of `fit_photographs` that were given on the command line."""
+    chosen: dict[str, Any] = {"seed": options.seed}
+    if options.tie:
+        chosen["tie"] = True
+    if options.threads is not None:
+        chosen["threads"] = options.threads
+    if options.draft is not None:
+        chosen["pattern"] = read_wif(options.draft).pattern
+    return chosen
+
+
+def _scaled_preset(name: str, draft: Draft) -> RoundYarn:
+    """Return a measured yarn, enlarged to the median thickness of the draft's yarns."""
+    default = Fabric.from_draft(draft).warp
+    assert isinstance(default, RoundYarn)
+    measured = preset(name)
+    scale = default.radius_mm / measured.radius_mm
+    return replace(default, plies=measured.plies, pitch_mm=measured.pitch * scale)
+
+
+def _light(name: str) -> str | tuple[Light, ...]:
+    """Return the name of a lighting, or the light of an environment map."""
+    if Path(name).suffix.lower() == ".exr":
+        return (EnvironmentLight.load(name),)
+    return name
+
+
+def _check_output(path: Path) -> None:
+    """See before the work that its result can be written."""
+    if path.suffix.lower() not in WRITABLE:
+        nearest = get_close_matches(path.suffix.lower(), WRITABLE, n=1, cutoff=0)[0]
+        raise ImageError(
+            f"{path}: must end in one of {', '.join(WRITABLE)}; the nearest is {nearest}"
+        )
+    if not path.parent.is_dir():
+        raise ValueError(f"{path}: there is no folder {path.parent}")
+
+
+def _progress(options: argparse.Namespace) -> bool | None:
+    return False if options.quiet else None
+
+
+def _say(options: argparse.Namespace, text: str) -> None:
+    if not options.quiet:
+        print(text)
+
+
+def _one_line(error: OSError | ValueError) -> str:
+    if isinstance(error, OSError) and error.filename is not None:
+        return f"{error.filename}: {error.strerror}"
+    return " ".join(str(error).split())
+
+
+@contextmanager
+def _warnings_on_one_line() -> Iterator[None]:
+    def show(message: Warning | str, *_: object) -> None:
+        print(f"plycloth: warning: {' '.join(str(message).split())}", file=sys.stderr)
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("always", UserWarning)
+        warnings.showwarning = show  # type: ignore[assignment]
+        yield

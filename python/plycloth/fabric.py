@@ -1,0 +1,221 @@
+"""Woven fabrics: a weave pattern, the yarns that follow it, and how close they lie."""
+
+from dataclasses import dataclass
+from os import PathLike
+from typing import TYPE_CHECKING, Annotated, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from plycloth._check import (
+    POSITIVE,
+    UNIT,
+    ParameterError,
+    array,
+    instance,
+    number,
+    number_or_array,
+    optional,
+)
+from plycloth._color import decode_srgb
+from plycloth._value import Description
+from plycloth.bsdf import PlyBsdf
+from plycloth.weave import WeavePattern
+from plycloth.yarn import FlatYarn, RoundYarn, Yarn
+
+if TYPE_CHECKING:
+    from plycloth.draft import Draft
+    from plycloth.relax import Relaxed
+
+FloatArray = NDArray[np.float64]
+AnyYarn = Annotated[Yarn, instance(RoundYarn, FlatYarn)]
+Spacing = Annotated[float | FloatArray, number_or_array(POSITIVE)]
+Colors = Annotated[FloatArray | None, optional(array((None, 3), UNIT))]
+
+# Half widths beyond this many spacings reach past the centre of the second neighbour.
+MAX_HALF_WIDTH = 2.0
+
+# The albedo that a draft's white stands for: that of bleached cotton, not a perfect reflector.
+WHITE_ALBEDO = 0.8
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Fabric(Description):
+    """A woven fabric, one repeat of which fills the plane.
+
+    The cloth lies in the plane z = 0 with its face towards +z. Ends (warp yarns) run along y, the
+    first at the left; picks (weft yarns) run along x, the first at the top.
+
+    Parameters
+    ----------
+    pattern
+        Which yarn is on the face at each crossing, picks x ends.
+    warp, weft
+        The yarn of all ends and that of all picks.
+    warp_spacing_mm
+        Distance between neighbouring ends in millimetres, greater than 0: one number, or an
+        array of one per end, the width that the end takes up in the repeat.
+    weft_spacing_mm
+        The same between picks.
+    warp_colors
+        Factors in linear RGB, ends x 3, in [0, 1], on each end's base_color, transmitted_color
+        and transmission_tint, or on its reflectance if the yarn is diffuse. None: all 1.
+    weft_colors
+        The same for the picks, picks x 3.
+    collision_stiffness
+        k_c of Eq. 3, greater than 0.
+
+    Raises
+    ------
+    ParameterError
+        If a value lies outside its range, an array has not one row per yarn, or a yarn is so
+        wide that it reaches past the centre line of its second neighbour.
+    TypeError
+        If a value is not of the kind named.
+    """
+
+    pattern: Annotated[WeavePattern, instance(WeavePattern)]
+    warp: AnyYarn
+    weft: AnyYarn
+    warp_spacing_mm: Spacing
+    weft_spacing_mm: Spacing
+    warp_colors: Colors = None
+    weft_colors: Colors = None
+    collision_stiffness: Annotated[float, number(POSITIVE)] = 1.0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        _check_count("warp_spacing_mm", self.warp_spacing_mm, "ends", self.pattern.ends)
+        _check_count("weft_spacing_mm", self.weft_spacing_mm, "picks", self.pattern.picks)
+        _check_count("warp_colors", self.warp_colors, "ends", self.pattern.ends)
+        _check_count("weft_colors", self.weft_colors, "picks", self.pattern.picks)
+        _check_width("warp", self.warp, self.warp_spacing_mm)
+        _check_width("weft", self.weft, self.weft_spacing_mm)
+
+    @classmethod
+    def from_draft(cls, draft: "Draft", warp: Yarn | None = None, weft: Yarn | None = None) -> Self:
+        """Make the fabric that a draft describes.
+
+        Parameters
+        ----------
+        draft
+            Gives the pattern, the spacings and, decoded to linear light, the colours.
+        warp, weft
+            The yarns. None: a three-ply yarn whose radius is half the median thickness that the
+            draft gives, and whose plies are as white as bleached cotton where the draft is white.
+
+        Raises
+        ------
+        ParameterError
+            If the draft's yarns are too thick for its spacings.
+        """
+        return cls(
+            pattern=draft.pattern,
+            warp=warp or _default_yarn(draft.warp_thickness),
+            weft=weft or _default_yarn(draft.weft_thickness),
+            warp_spacing_mm=_number_if_even(draft.warp_spacing),
+            weft_spacing_mm=_number_if_even(draft.weft_spacing),
+            warp_colors=decode_srgb(draft.warp_colors),
+            weft_colors=decode_srgb(draft.weft_colors),
+        )
+
+    @classmethod
+    def load(cls, path: str | PathLike[str]) -> Self:
+        """Read a fabric from a JSON file that `save` wrote.
+
+        Raises
+        ------
+        FormatError
+            If the file does not hold a fabric.
+        OSError
+            If it cannot be opened.
+        """
+        from plycloth._json import load_as
+
+        return load_as(cls, path)
+
+    def save(self, path: str | PathLike[str]) -> None:
+        """Write the fabric to one readable JSON file.
+
+        Raises
+        ------
+        OSError
+            If the file cannot be written.
+        """
+        from plycloth._json import save
+
+        save(self, path)
+
+    def relaxed(self) -> "Relaxed":
+        """Relax the yarns' heights (section 3.1).
+
+        Lengths in the result are in units of weave space, `unit_mm` millimetres each.
+        """
+        from plycloth.relax import relax
+
+        unit = self.unit_mm
+        return relax(
+            self.pattern,
+            warp_radius=self.warp.collision_radius / unit,
+            weft_radius=self.weft.collision_radius / unit,
+            warp_stiffness=self.warp.stiffness,
+            weft_stiffness=self.weft.stiffness,
+            collision_stiffness=self.collision_stiffness,
+            warp_spacing=self.warp_spacing_mm / unit,
+            weft_spacing=self.weft_spacing_mm / unit,
+        )
+
+    @property
+    def end_spacing(self) -> FloatArray:
+        """Width that each end takes up in millimetres, one per end."""
+        return _per_yarn(self.warp_spacing_mm, self.pattern.ends)
+
+    @property
+    def pick_spacing(self) -> FloatArray:
+        """Height that each pick takes up in millimetres, one per pick."""
+        return _per_yarn(self.weft_spacing_mm, self.pattern.picks)
+
+    @property
+    def repeat_mm(self) -> tuple[float, float]:
+        """Width and height of one repeat of the pattern in millimetres."""
+        return float(self.end_spacing.sum()), float(self.pick_spacing.sum())
+
+    @property
+    def unit_mm(self) -> float:
+        """Length of one unit of weave space in millimetres.
+
+        The yarns' spacing, averaged over warp and weft. The energy of section 3.1 is not free of
+        scale, so a fabric is relaxed where its spacing is 1, whatever it is in millimetres.
+        """
+        return 0.5 * float(np.mean(self.warp_spacing_mm) + np.mean(self.weft_spacing_mm))
+
+
+def _per_yarn(spacing: float | FloatArray, count: int) -> FloatArray:
+    return np.broadcast_to(np.asarray(spacing, np.float64), (count,))
+
+
+def _check_count(name: str, values: float | FloatArray | None, yarns: str, count: int) -> None:
+    if isinstance(values, np.ndarray) and len(values) != count:
+        raise ParameterError(
+            f"Fabric.{name} must have one row for each of the pattern's {count} {yarns},"
+            f" not {len(values)}"
+        )
+
+
+def _check_width(name: str, yarn: Yarn, spacing: float | FloatArray) -> None:
+    mean = float(np.mean(spacing))
+    if yarn.half_width > MAX_HALF_WIDTH * mean:
+        raise ParameterError(
+            f"Fabric.{name} must have a radius (or half width) of at most {MAX_HALF_WIDTH:g}"
+            f" spacings, {MAX_HALF_WIDTH * mean:g} mm, not {yarn.half_width:g} mm:"
+            " a wider yarn would pass through its second neighbours"
+        )
+
+
+def _default_yarn(thickness_mm: FloatArray) -> RoundYarn:
+    bsdf = PlyBsdf(base_color=(WHITE_ALBEDO,) * 3, transmitted_color=(WHITE_ALBEDO,) * 3)
+    return RoundYarn(radius_mm=0.5 * float(np.median(thickness_mm)), bsdf=bsdf)
+
+
+def _number_if_even(spacing: FloatArray) -> float | FloatArray:
+    return float(spacing[0]) if np.ptp(spacing) == 0.0 else spacing

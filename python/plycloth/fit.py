@@ -1,0 +1,416 @@
+"""Inverse rendering: optical parameters from pictures (Montazeri et al. 2020, section 6.2).
+
+The paper minimises the distance of average intensities by SLSQP with finite differences. Here
+averages over a grid of cells are compared, and their derivatives are exact: paths are drawn once
+from the parameters that a round starts with, and re-weighted for all others
+(`_plycloth.CompiledTape`), so that the objective of a round is a smooth function. SLSQP minimises
+it within a trust region; then new paths are drawn at the new parameters, until nothing moves.
+
+Squares of noisy differences count the noise as error. Every picture is therefore drawn twice, with
+independent paths: errors are reported as the product of the two differences, whose expectation has
+no noise in it. The objective itself stays a square, of their mean: a product can be made negative
+by parameters that make much noise, and a solver finds them.
+"""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
+
+import nlopt
+import numpy as np
+from numpy.typing import NDArray
+
+from plycloth import _plycloth
+from plycloth._check import ParameterError, choice, integer
+from plycloth.bsdf import PlyBsdf
+from plycloth.cells import cell_averages, lens_gain
+from plycloth.fit_result import Estimate, FitResult, Match, Step
+from plycloth.progress import Progress, reporting
+from plycloth.scene import Scene
+from plycloth.unknowns import EXPOSURE, FALLOFF, Parameter, Unknown, unknowns, with_values
+
+FloatArray = NDArray[np.float64]
+Tapes = tuple[_plycloth.CompiledTape, _plycloth.CompiledTape]
+Residuals = tuple[FloatArray, FloatArray]
+
+GRIDS = {"grid": 16, "average": 1}
+TRUST_RADIUS = 0.15
+SMALLEST_TRUST_RADIUS = 0.01
+# A round that gains less than this part of the objective counts as a standstill.
+STANDSTILL = 0.01
+MOST_STANDSTILLS = 4
+# The residual that stated uncertainties assume: a hundredth of the picture's mean.
+STATED_NOISE = 0.01
+# Directions that change the picture less than this (relative to the strongest) are unidentifiable.
+LEAST_SENSITIVITY = 1e-3
+
+_count = integer(1, 10**6)
+_objective = choice(*GRIDS)
+
+
+@dataclass(frozen=True)
+class _Point:
+    """A place in the space of unknowns: the BSDFs of warp and weft, and the camera's unknowns."""
+
+    bsdfs: Sequence[PlyBsdf]
+    exposure: float = 1.0
+    falloff: float = 0.0
+
+
+@dataclass(frozen=True)
+class _Space:
+    """Which numbers are looked for, and how they map to a point; all in [0, 1]."""
+
+    start: _Point
+    optical: Sequence[Unknown]
+    camera: Sequence[Parameter]
+
+    def encode(self, point: _Point) -> FloatArray:
+        optical = [u.parameter.to_unit(u.value(point.bsdfs)) for u in self.optical]
+        camera = [p.to_unit(getattr(point, p.name)) for p in self.camera]
+        return np.asarray(np.clip(optical + camera, 0.0, 1.0))
+
+    def decode(self, u: FloatArray) -> _Point:
+        values = [p.from_unit(x) for p, x in zip(self._parameters, u, strict=True)]
+        optical, camera = values[: len(self.optical)], values[len(self.optical) :]
+        return replace(
+            self.start,
+            bsdfs=with_values(self.start.bsdfs, self.optical, optical),
+            **{p.name: value for p, value in zip(self.camera, camera, strict=True)},
+        )
+
+    def slopes(self, u: FloatArray) -> FloatArray:
+        """Return the derivatives of the numbers with respect to `u`."""
+        pairs = zip(self._parameters, u, strict=True)
+        return np.array([p.slope(p.from_unit(x)) for p, x in pairs])
+
+    @property
+    def labels(self) -> list[str]:
+        return [u.label for u in self.optical] + [p.name for p in self.camera]
+
+    @property
+    def _parameters(self) -> list[Parameter]:
+        return [u.parameter for u in self.optical] + list(self.camera)
+
+
+def fit(
+    scenes: Scene | Sequence[Scene],
+    images: object,
+    *,
+    free: Iterable[str] | None = None,
+    bounds: Mapping[str, tuple[float, float]] | None = None,
+    tie: bool = False,
+    exposure: bool = False,
+    falloff: bool = False,
+    camera_start: tuple[float, float] | None = None,
+    objective: str = "grid",
+    paths: int = 144,
+    rounds: int = 12,
+    evaluations: int = 20,
+    max_depth: int = 8,
+    seed: int = 0,
+    threads: int | None = None,
+    progress: Progress = None,
+) -> FitResult:
+    """Fit a fabric's optical parameters to one or more pictures of it.
+
+    Time grows with pictures x cells x `paths` x `rounds` x `evaluations`, memory with the first
+    three.
+
+    Parameters
+    ----------
+    scenes
+        How each picture was taken; all show the same fabric, whose BSDFs are the start.
+    images
+        The pictures, one per scene: arrays or Images of H x W x 3 in linear light, of any size at
+        least as large as the grid.
+    free
+        Names of the parameters to look for: fields of PlyBsdf, for both yarns ("eta") or for one
+        ("warp.base_color"). None: all.
+    bounds
+        Ranges for some parameters, as {"roughness": (0.1, 0.5)}; in the units of PlyBsdf.
+    tie
+        Whether warp and weft share their values.
+    exposure
+        Whether one factor on the brightness of all pictures is unknown.
+    falloff
+        Whether the lens's falloff is unknown: a factor exp(-falloff d^2), d being the distance from
+        the picture's middle, 1 in its corners; the same for all pictures.
+    camera_start
+        Exposure and falloff to start from (and to stay with, if not looked for); None: 1 and 0.
+    objective
+        "grid": the averages of 16 x 16 cells; "average": those of whole pictures, as in the paper.
+        In both, squared differences relative to the picture's mean, averaged over cells and
+        channels and summed over pictures.
+    paths
+        Paths per cell, rounded to twice a square.
+    rounds, evaluations
+        At most so many times new paths are drawn, and SLSQP evaluates in between.
+    max_depth
+        As in `render`.
+    seed
+        Fits with different seeds draw different paths.
+    threads
+        Threads to use; None: one per processor.
+    progress
+        None: a bar where a person watches; False: none; or a callable of (done, total).
+
+    Raises
+    ------
+    ParameterError
+        If the scenes show different fabrics, a fabric has colours of its own or yarns that are not
+        plies, an image has the wrong shape, NaN or is black, or a name or range is wrong.
+    """
+    scene_list = [scenes] if isinstance(scenes, Scene) else list(scenes)
+    cells = GRIDS[_objective("objective", objective)]
+    bsdfs = _start_bsdfs(scene_list)
+    targets = _targets(scene_list, images, cells)
+    start = _Point(bsdfs, *(camera_start or (1.0, 0.0)))
+    camera = [p for p, wanted in ((EXPOSURE, exposure), (FALLOFF, falloff)) if wanted]
+    optical = unknowns(free, tie=tie, bounds=bounds or {})
+    problem = _Problem(
+        scenes=scene_list,
+        targets=targets,
+        space=_Space(start, optical, camera),
+        strata=max(1, round((0.5 * _count("paths", paths)) ** 0.5)),
+        max_depth=_count("max_depth", max_depth),
+        threads=threads,
+    )
+    rounds, evaluations = _count("rounds", rounds), _count("evaluations", evaluations)
+    with reporting(progress, rounds, description="fit", unit="round") as report:
+        return _solve(problem, rounds, evaluations, integer(0, 2**63)("seed", seed), report)
+
+
+@dataclass(frozen=True)
+class _Problem:
+    """What is to be fitted to what."""
+
+    scenes: Sequence[Scene]
+    targets: Sequence[FloatArray]
+    space: _Space
+    strata: int
+    max_depth: int
+    threads: int | None
+
+    def record(self, u: FloatArray, seed: int) -> list[Tapes]:
+        """Draw paths at `u`, for all pictures, twice."""
+        bsdfs = self.space.decode(u).bsdfs
+        tapes = []
+        for picture, (scene, target) in enumerate(zip(self.scenes, self.targets, strict=True)):
+            compiled = _plycloth.CompiledScene(with_bsdfs(scene, bsdfs))
+            rows, columns = target.shape[:2]
+            first, second = (
+                _plycloth.CompiledTape(
+                    compiled,
+                    (columns, rows),
+                    self.strata,
+                    2 * (seed * len(self.scenes) + picture) + half,
+                    self.max_depth,
+                    self.threads,
+                )
+                for half in range(2)
+            )
+            tapes.append((first, second))
+        return tapes
+
+    def cells(self, tape: _plycloth.CompiledTape, u: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Cell averages (rows x columns x 3) and their derivatives by `u` (last axis)."""
+        space = self.space
+        point = space.decode(u)
+        values, jacobian = tape.evaluate(point.bsdfs, self.threads)
+        gain, gain_by_falloff = lens_gain(values.shape[:2], point.exposure, point.falloff)
+        columns = [
+            sum(jacobian[:, s, unknown.column] for s in unknown.sets) for unknown in space.optical
+        ]
+        optical = [np.reshape(column, values.shape) * gain for column in columns]
+        by_camera = {
+            EXPOSURE.name: values * gain / point.exposure,
+            FALLOFF.name: values * gain_by_falloff,
+        }
+        derivatives = np.stack(optical + [by_camera[p.name] for p in space.camera], axis=-1)
+        return values * gain, derivatives * space.slopes(u)
+
+    def residuals(self, tapes: Sequence[Tapes], u: FloatArray) -> tuple[Residuals, Residuals]:
+        """Return differences and slopes for both halves, scaled so that their squares sum up."""
+        halves = []
+        for half in range(2):
+            parts = []
+            for pair, target in zip(tapes, self.targets, strict=True):
+                values, derivatives = self.cells(pair[half], u)
+                # A photograph is saturated at 1: what is brighter looks the same.
+                seen = (values < 1.0) | (target < 1.0)
+                scale = 1.0 / (target.mean() * target.size**0.5)
+                difference = np.where(seen, values - target, 0.0) * scale
+                slopes = np.where(seen[..., None], derivatives, 0.0) * scale
+                parts.append((difference.ravel(), slopes.reshape(-1, len(u))))
+            differences, slopes_of_all = zip(*parts, strict=True)
+            halves.append((np.concatenate(differences), np.concatenate(slopes_of_all)))
+        return halves[0], halves[1]
+
+    def objective(self, tapes: Sequence[Tapes], u: FloatArray) -> tuple[float, FloatArray]:
+        """Return the relative squared error, summed over pictures, and its gradient."""
+        (first, slopes_first), (second, slopes_second) = self.residuals(tapes, u)
+        difference = 0.5 * (first + second)
+        return float(difference @ difference), difference @ (slopes_first + slopes_second)
+
+
+def _solve(
+    problem: _Problem,
+    rounds: int,
+    evaluations: int,
+    seed: int,
+    report: Callable[[int], None] | None,
+) -> FitResult:
+    u = problem.space.encode(problem.space.start)
+    steps: list[Step] = []
+    tapes = problem.record(u, seed)
+    value, _ = problem.objective(tapes, u)
+    radius, standstills, count = TRUST_RADIUS, 0, 0
+    message = f"stopped after {rounds} rounds"
+    for index in range(rounds):
+        proposed, used, predicted = _minimise(problem, tapes, u, radius, evaluations)
+        count += used
+        # The step is judged by paths that it was not made to suit, beside staying where it was.
+        fresh = problem.record(proposed, seed + index + 1)
+        reached, _ = problem.objective(fresh, proposed)
+        stayed, _ = problem.objective(fresh, u)
+        accepted = reached < max(value, stayed)
+        steps.append(Step(value, predicted, reached, radius, accepted))
+        gaining = value - reached > STANDSTILL * abs(value)
+        if accepted:
+            u, value, tapes = proposed, reached, fresh
+        radius = min(1.0, 1.5 * radius) if gaining else 0.5 * radius
+        standstills = 0 if gaining else standstills + 1
+        if report is not None:
+            report(index + 1)
+        if radius < SMALLEST_TRUST_RADIUS or standstills >= MOST_STANDSTILLS:
+            message = "converged: no further step lowers the objective"
+            break
+    return _result(problem, u, steps, count, message, seed)
+
+
+def _minimise(
+    problem: _Problem,
+    tapes: Sequence[Tapes],
+    u: FloatArray,
+    radius: float,
+    evaluations: int,
+) -> tuple[FloatArray, int, float]:
+    """SLSQP on one set of paths, no further than `radius` from `u` along each unknown."""
+    best, best_value = u, np.inf
+
+    def objective(x: FloatArray, gradient: FloatArray) -> float:
+        nonlocal best, best_value
+        value, slope = problem.objective(tapes, x)
+        if gradient.size:
+            gradient[:] = slope
+        if value < best_value:
+            best, best_value = x.copy(), value
+        return value
+
+    solver = nlopt.opt(nlopt.LD_SLSQP, len(u))
+    solver.set_lower_bounds(np.maximum(0.0, u - radius))
+    solver.set_upper_bounds(np.minimum(1.0, u + radius))
+    solver.set_min_objective(objective)
+    solver.set_maxeval(evaluations)
+    solver.set_ftol_rel(1e-4)
+    # Where the line search runs into the last digits, the best point seen stands.
+    with suppress(nlopt.RoundoffLimited):
+        solver.optimize(u)
+    return best, solver.get_numevals(), best_value
+
+
+def _result(
+    problem: _Problem, u: FloatArray, steps: list[Step], count: int, message: str, seed: int
+) -> FitResult:
+    point = problem.space.decode(u)
+    tapes = problem.record(u, seed + len(steps) + 1)
+    matches = [
+        Match(target, problem.cells(first, u)[0], problem.cells(second, u)[0])
+        for (first, second), target in zip(tapes, problem.targets, strict=True)
+    ]
+    return FitResult(
+        scenes=[with_bsdfs(scene, point.bsdfs) for scene in problem.scenes],
+        exposure=point.exposure,
+        falloff=point.falloff,
+        estimates=_estimates(problem, tapes, u),
+        matches=matches,
+        steps=steps,
+        evaluations=count,
+        message=message,
+    )
+
+
+def _estimates(problem: _Problem, tapes: Sequence[Tapes], u: FloatArray) -> list[Estimate]:
+    """Values with the uncertainty that residuals of `STATED_NOISE` would leave them."""
+    (_, first), (_, second) = problem.residuals(tapes, u)
+    slopes = 0.5 * (first + second)
+    _, sensitivities, directions = np.linalg.svd(slopes, full_matrices=False)
+    strongest = max(float(sensitivities[0]), np.finfo(float).tiny)
+    weak = sensitivities < LEAST_SENSITIVITY * strongest
+    # Rows of `slopes` carry 1/sqrt(rows per picture): noise of one row is STATED_NOISE of that.
+    noise = STATED_NOISE / (slopes.shape[0] / len(tapes)) ** 0.5
+    spread = noise / np.maximum(sensitivities, 1e-12 * strongest)
+    deviations = np.sqrt(((directions * spread[:, None]) ** 2).sum(0))
+    in_weak = (directions[weak] ** 2).sum(0) > 0.1
+    space = problem.space
+    labels, values, scales = space.labels, _values(space, u), space.slopes(u)
+    units = [u.parameter.unit for u in space.optical] + [p.unit for p in space.camera]
+    return [
+        Estimate(label, value, unit, float(min(deviation, 1.0) * scale), not weak_here)
+        for label, value, unit, deviation, scale, weak_here in zip(
+            labels, values, units, deviations, scales, in_weak, strict=True
+        )
+    ]
+
+
+def _values(space: _Space, u: FloatArray) -> list[float]:
+    point = space.decode(u)
+    optical = [unknown.value(point.bsdfs) for unknown in space.optical]
+    return optical + [getattr(point, p.name) for p in space.camera]
+
+
+def with_bsdfs(scene: Scene, bsdfs: Sequence[PlyBsdf]) -> Scene:
+    """Return the scene with other BSDFs on warp and weft."""
+    fabric = scene.swatch.fabric
+    warp, weft = (
+        replace(yarn, bsdf=bsdf)
+        for yarn, bsdf in zip((fabric.warp, fabric.weft), bsdfs, strict=True)
+    )
+    swatch = replace(scene.swatch, fabric=replace(fabric, warp=warp, weft=weft))
+    return replace(scene, swatch=swatch)
+
+
+def _start_bsdfs(scenes: Sequence[Scene]) -> list[PlyBsdf]:
+    if not scenes:
+        raise ParameterError("scenes must hold at least one scene")
+    fabric = scenes[0].swatch.fabric
+    if any(scene.swatch.fabric != fabric for scene in scenes):
+        raise ParameterError("scenes must all show the same fabric")
+    if fabric.warp_colors is not None or fabric.weft_colors is not None:
+        raise ParameterError("a fabric to be fitted must have no warp_colors and weft_colors")
+    bsdfs = [fabric.warp.bsdf, fabric.weft.bsdf]
+    if not all(isinstance(bsdf, PlyBsdf) for bsdf in bsdfs):
+        raise ParameterError("a fabric to be fitted must have a PlyBsdf on warp and weft")
+    return [bsdf for bsdf in bsdfs if isinstance(bsdf, PlyBsdf)]
+
+
+def _targets(scenes: Sequence[Scene], images: object, cells: int) -> list[FloatArray]:
+    several = isinstance(images, (list, tuple))
+    arrays: list[object] = list(images) if several else [images]  # type: ignore[call-overload]
+    if len(arrays) != len(scenes):
+        raise ParameterError(f"images must be one per scene: {len(scenes)}, not {len(arrays)}")
+    return [_averages(f"images[{i}]", array, cells) for i, array in enumerate(arrays)]
+
+
+def _averages(name: str, image: object, cells: int) -> FloatArray:
+    pixels = np.asarray(image, dtype=np.float64)
+    if pixels.ndim != 3 or pixels.shape[2] != 3 or min(pixels.shape[:2]) < cells:
+        raise ParameterError(
+            f"{name} must be H x W x 3 with at least {cells} rows and columns, not {pixels.shape}"
+        )
+    if not np.isfinite(pixels).all() or (pixels < 0.0).any():
+        raise ParameterError(f"{name} must hold finite numbers of at least 0")
+    if not pixels.any():
+        raise ParameterError(f"{name} must not be all black")
+    return cell_averages(pixels, cells)

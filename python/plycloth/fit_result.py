@@ -1,0 +1,242 @@
+"""What a fit found, and how it shows itself."""
+
+import base64
+import html
+import io
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from plycloth import _plycloth
+from plycloth.bsdf import PlyBsdf
+from plycloth.cells import distance2, lens_gain
+from plycloth.fabric import Fabric
+from plycloth.image import Image
+from plycloth.scene import Scene
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A fitted number.
+
+    Parameters
+    ----------
+    label
+        Its name, such as "warp.base_color.red".
+    value
+        What was found.
+    unit
+        The unit, empty for pure numbers.
+    uncertainty
+        How far it could be off if every cell were off by 1% of the picture's mean, in the same
+        unit (to first order).
+    identifiable
+        False if it can be changed, together with others, without the pictures changing.
+    """
+
+    label: str
+    value: float
+    unit: str
+    uncertainty: float
+    identifiable: bool
+
+    @property
+    def doubt(self) -> str:
+        """The uncertainty in words."""
+        return f"± {self.uncertainty:.2g}" if self.identifiable else "not identifiable"
+
+
+@dataclass(frozen=True)
+class Step:
+    """One round: the objective before it, as predicted and as reached, and the trust radius."""
+
+    before: float
+    predicted: float
+    reached: float
+    radius: float
+    accepted: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Match:
+    """A picture's cell averages in linear light, rows x columns x 3.
+
+    Parameters
+    ----------
+    target
+        As given.
+    first, second
+        As fitted, by two independent sets of paths.
+    """
+
+    target: FloatArray
+    first: FloatArray
+    second: FloatArray
+
+    @property
+    def fitted(self) -> FloatArray:
+        """The mean of both sets."""
+        return 0.5 * (self.first + self.second)
+
+    @property
+    def error(self) -> float:
+        """Root mean squared difference over the mean of the target; all clipped to [0, 1].
+
+        The square is estimated by the product of both sets' differences, which noise does not
+        raise; 0 if noise makes that negative.
+        """
+        target, first, second = (
+            np.clip(values, 0.0, 1.0) for values in (self.target, self.first, self.second)
+        )
+        square = ((first - target) * (second - target)).mean()
+        return float(np.sqrt(max(square, 0.0)) / target.mean())
+
+
+@dataclass(frozen=True, eq=False)
+class FitResult:
+    """The result of `fit`; in the manner of SciPy's OptimizeResult.
+
+    Parameters
+    ----------
+    scenes
+        The scenes with the fitted fabric in them.
+    exposure, falloff
+        The camera's unknowns; 1 and 0 if they were not looked for.
+    estimates
+        Each unknown with its value, unit and uncertainty.
+    matches
+        Per picture: target and fit.
+    steps
+        The rounds.
+    evaluations
+        Times that SLSQP asked for value and gradient.
+    message
+        Why it ended.
+    """
+
+    scenes: Sequence[Scene]
+    exposure: float
+    falloff: float
+    estimates: Sequence[Estimate]
+    matches: Sequence[Match]
+    steps: Sequence[Step]
+    evaluations: int
+    message: str
+
+    @property
+    def fabric(self) -> Fabric:
+        """The fabric with the fitted BSDFs."""
+        return self.scenes[0].swatch.fabric
+
+    @property
+    def bsdfs(self) -> tuple[PlyBsdf, PlyBsdf]:
+        """The fitted BSDFs of warp and weft."""
+        warp, weft = self.fabric.warp.bsdf, self.fabric.weft.bsdf
+        assert isinstance(warp, PlyBsdf)
+        assert isinstance(weft, PlyBsdf)
+        return warp, weft
+
+    @property
+    def x(self) -> FloatArray:
+        """The values of the estimates."""
+        return np.array([estimate.value for estimate in self.estimates])
+
+    @property
+    def fun(self) -> float:
+        """The objective: squared relative errors, summed over pictures."""
+        reached = [step.reached for step in self.steps if step.accepted]
+        return reached[-1] if reached else self.steps[0].before
+
+    @property
+    def nit(self) -> int:
+        """Rounds."""
+        return len(self.steps)
+
+    @property
+    def nfev(self) -> int:
+        """The same as `evaluations`."""
+        return self.evaluations
+
+    @property
+    def success(self) -> bool:
+        """Whether it ended because nothing got better."""
+        return self.message.startswith("converged")
+
+    @property
+    def errors(self) -> list[float]:
+        """The relative error of each picture."""
+        return [match.error for match in self.matches]
+
+    def develop(self, image: Image) -> Image:
+        """Apply the fitted exposure and falloff to a rendered picture."""
+        d2 = distance2(*image.pixels.shape[:2])
+        gain = self.exposure * np.exp(-self.falloff * d2)[..., None]
+        return Image((image.pixels * gain).astype(np.float32))
+
+    def predict(
+        self,
+        scene: Scene,
+        cells: int,
+        *,
+        paths: int = 100,
+        seed: int = 0,
+        max_depth: int = 8,
+        threads: int | None = None,
+    ) -> FloatArray:
+        """Return the cell averages, cells x cells x 3, that the fit predicts for a scene."""
+        compiled, strata = _plycloth.CompiledScene(scene), max(1, round(paths**0.5))
+        tape = _plycloth.CompiledTape(compiled, (cells, cells), strata, seed, max_depth, threads)
+        values, _ = tape.evaluate(self.bsdfs, threads)
+        return values * lens_gain((cells, cells), self.exposure, self.falloff)[0]
+
+    def plot(self) -> "Figure":
+        """Draw each target beside its fit, and the objective from round to round."""
+        from matplotlib.figure import Figure
+
+        count = len(self.matches)
+        figure = Figure(figsize=(2.6 * (count + 1), 5.2), layout="constrained")
+        axes = figure.subplots(2, count + 1)
+        for column, match in enumerate(self.matches):
+            for row, (title, values) in enumerate(
+                (("target", match.target), (f"fit, error {match.error:.1%}", match.fitted))
+            ):
+                axes[row, column].imshow(np.clip(values, 0.0, 1.0) ** (1 / 2.2))
+                axes[row, column].set_title(f"picture {column + 1}: {title}", fontsize=8)
+                axes[row, column].set_axis_off()
+        convergence, spare = axes[0, count], axes[1, count]
+        reached = np.array([step.before for step in self.steps] + [self.fun])
+        convergence.plot(np.sqrt(np.maximum(reached, 0.0)), ".-")
+        convergence.set_ylim(bottom=0.0)
+        convergence.set_title("error (root of the objective)", fontsize=8)
+        convergence.set_xlabel("round", fontsize=8)
+        spare.set_axis_off()
+        return figure
+
+    def __repr__(self) -> str:
+        errors = ", ".join(f"{error:.1%}" for error in self.errors)
+        effort = f"{self.nit} rounds, {self.nfev} evaluations"
+        return f"<FitResult: errors {errors}; {effort}; {self.message}>"
+
+    def _repr_html_(self) -> str:
+        rows = "".join(
+            f"<tr><td>{html.escape(e.label)}</td><td>{e.value:.4g}</td>"
+            f"<td>{e.doubt}</td>"
+            f"<td>{e.unit}</td></tr>"
+            for e in self.estimates
+        )
+        data = io.BytesIO()
+        self.plot().savefig(data, format="png", dpi=110)
+        picture = base64.b64encode(data.getvalue()).decode()
+        return (
+            f"<p>{html.escape(repr(self)[1:-1])}</p>"
+            f'<img src="data:image/png;base64,{picture}" alt="target and fit">'
+            f"<table><tr><th>parameter</th><th>value</th><th></th><th>unit</th></tr>{rows}</table>"
+        )

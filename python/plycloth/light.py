@@ -1,0 +1,198 @@
+"""Lights. Colours are linear RGB; a single number stands for a grey."""
+
+from dataclasses import dataclass, field
+from os import PathLike, fspath
+from pathlib import Path
+from typing import Annotated, Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from plycloth._check import (
+    FINITE,
+    NON_NEGATIVE,
+    Direction,
+    ParameterError,
+    Point,
+    Rgb,
+    array,
+    instance,
+    number,
+    optional,
+    rgb,
+)
+from plycloth._value import Description
+
+Emission = Annotated[Rgb, rgb(NON_NEGATIVE)]
+
+# The sine of the smallest angle between a rectangle's edges at which it still has an area.
+MIN_SINE_OF_EDGES = 1e-6
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class PointLight(Description):
+    """A light that shines from one point in all directions.
+
+    Parameters
+    ----------
+    position
+        Where it stands, millimetres.
+    intensity
+        Power per solid angle, linear RGB, at least 0. At distance d (millimetres) a surface
+        that faces the light receives the irradiance intensity / d^2.
+
+    Raises
+    ------
+    ParameterError
+        If a value lies outside its range.
+    TypeError
+        If a value is not of the kind named.
+    """
+
+    position: Point
+    intensity: Emission
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class DirectionalLight(Description):
+    """A light so far away that its rays are parallel, as the sun's.
+
+    Parameters
+    ----------
+    direction
+        Direction in which the light travels; of any length but 0.
+    irradiance
+        What a surface that faces the light receives, linear RGB, at least 0.
+
+    Raises
+    ------
+    ParameterError
+        If a value lies outside its range.
+    TypeError
+        If a value is not of the kind named.
+    """
+
+    direction: Direction
+    irradiance: Emission
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class RectangleLight(Description):
+    """A parallelogram that shines to one side, alike in all directions.
+
+    Parameters
+    ----------
+    center
+        Its middle, millimetres.
+    edge_u, edge_v
+        Its full edges, millimetres. It shines to the side of edge_u x edge_v.
+    radiance
+        What it emits, linear RGB, at least 0.
+
+    Raises
+    ------
+    ParameterError
+        If a value lies outside its range, or the edges are parallel.
+    TypeError
+        If a value is not of the kind named.
+    """
+
+    center: Point
+    edge_u: Direction
+    edge_v: Direction
+    radiance: Emission
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        u, v = (np.asarray(edge) / np.abs(edge).max() for edge in (self.edge_u, self.edge_v))
+        area = np.linalg.norm(np.cross(u, v))
+        if area < MIN_SINE_OF_EDGES * np.linalg.norm(u) * np.linalg.norm(v):
+            raise ParameterError(
+                f"RectangleLight.edge_v must not be parallel to edge_u {self.edge_u},"
+                f" not {self.edge_v}"
+            )
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ConstantLight(Description):
+    """Surroundings that shine alike from everywhere.
+
+    Parameters
+    ----------
+    radiance
+        What arrives from every direction, linear RGB, at least 0.
+
+    Raises
+    ------
+    ParameterError
+        If a value lies outside its range.
+    TypeError
+        If a value is not of the kind named.
+    """
+
+    radiance: Emission
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class EnvironmentLight(Description):
+    """Surroundings that shine as an image in latitude and longitude says; up is +y.
+
+    Two are equal if image, scale and rotation are; where the image came from does not matter.
+
+    Parameters
+    ----------
+    image
+        Radiance, linear RGB, H x W x 3, at least 0; the top row is at +y. Stored as float32.
+    scale
+        Factor on the image, at least 0.
+    rotation
+        Turn about the y axis in degrees.
+    path
+        The file that holds this image, as `load` sets it; a scene that is saved to JSON names
+        the file in place of a large image.
+
+    Raises
+    ------
+    ParameterError
+        If a value lies outside its range, or the image is not H x W x 3.
+    TypeError
+        If a value is not of the kind named.
+    """
+
+    image: Annotated[NDArray[np.float32], array((None, None, 3), NON_NEGATIVE, np.float32)]
+    scale: Annotated[float, number(NON_NEGATIVE)] = 1.0
+    rotation: Annotated[float, number(FINITE)] = 0.0
+    path: Annotated[str | None, optional(instance(str))] = field(default=None, compare=False)
+
+    @classmethod
+    def load(cls, path: str | PathLike[str], *, scale: float = 1.0, rotation: float = 0.0) -> Self:
+        """Make a light of an image file that `read_image` can read.
+
+        Raises
+        ------
+        OSError
+            If the file cannot be opened.
+        ValueError
+            If it holds no image.
+        """
+        return cls(_read(path), scale, rotation, path=str(Path(fspath(path)).absolute()))
+
+    def current_file(self) -> Path | None:
+        """Return the file at `path` if it still holds this image, else None."""
+        if self.path is None:
+            return None
+        try:
+            held = type(self)(_read(self.path), self.scale, self.rotation)
+        except (OSError, ValueError):
+            return None
+        return Path(self.path) if held == self else None
+
+
+Light = PointLight | DirectionalLight | RectangleLight | ConstantLight | EnvironmentLight
+
+
+def _read(path: str | PathLike[str]) -> NDArray[Any]:
+    # Not needed by the descriptions themselves, which stay quick to import.
+    from plycloth.image import read_image
+
+    return np.asarray(read_image(path))

@@ -1,0 +1,123 @@
+"""Pictures of scenes by path tracing."""
+
+from plycloth import _plycloth
+from plycloth._check import integer
+from plycloth.image import Image
+from plycloth.progress import Progress, reporting
+from plycloth.scene import Scene
+
+MAX_SEED = 2**64 - 1
+MAX_COUNT = 2**32 - 1
+
+_spp = integer(1, MAX_COUNT)
+_depth = integer(1, MAX_COUNT)
+_seed = integer(0, MAX_SEED)
+_threads = integer(1, 1024)
+
+
+class Renderer:
+    """A picture in the making, which can be stopped, looked at and gone on with.
+
+    Every sample depends on (seed, pixel, sample) alone: the picture is the same bit for bit for
+    any number of threads and passes, stopped in between or not. Time grows with the number of
+    samples, memory with the number of pixels and of different 2 x 2 blocks of crossings.
+
+    Parameters
+    ----------
+    scene
+        What to render.
+    seed
+        Pictures with different seeds have independent noise; 0 to 2^64 - 1.
+    max_depth
+        Segments of the longest path, at least 1: 1 shows lights alone, 2 adds direct light. A ply
+        counts once, whether light bounces off it or passes through.
+    both_sides
+        Whether light is looked for on both sides of every ply: less noise where it comes from
+        behind the cloth, for more time per sample.
+
+    Raises
+    ------
+    ValueError
+        If a number lies outside its range.
+    TypeError
+        If `scene` is not a Scene, or a number is not whole.
+    """
+
+    def __init__(
+        self, scene: Scene, *, seed: int = 0, max_depth: int = 8, both_sides: bool = False
+    ) -> None:
+        if not isinstance(scene, Scene):
+            raise TypeError(f"scene must be a Scene, not {type(scene).__name__}")
+        self.scene = scene
+        self._compiled = _plycloth.CompiledScene(scene)
+        self._film = _plycloth.CompiledFilm(
+            self._compiled, _seed("seed", seed), _depth("max_depth", max_depth), bool(both_sides)
+        )
+
+    def run(self, spp: int, *, threads: int | None = None, progress: Progress = None) -> None:
+        """Take `spp` more samples of every pixel.
+
+        Ctrl-C ends it within a second; what was gathered is kept, and the next run also completes
+        the one that was interrupted.
+
+        Parameters
+        ----------
+        spp
+            Samples per pixel, at least 1.
+        threads
+            Threads to use; None: one per processor.
+        progress
+            None: a bar where a person watches; False: none; or a callable of (done, total).
+
+        Raises
+        ------
+        ValueError
+            If a number lies outside its range.
+        """
+        spp = _spp("spp", spp)
+        threads = None if threads is None else _threads("threads", threads)
+        width, height = self.scene.camera.resolution
+        total = spp * width * height
+        with reporting(progress, total, description="render", unit="sample") as report:
+            self._film.run(self._compiled, spp, threads, report)
+
+    @property
+    def samples(self) -> int:
+        """Samples per pixel asked for so far."""
+        return self._film.samples
+
+    def image(self) -> Image:
+        """Return the picture as it is now, with the variance of each value."""
+        compiled = self._compiled
+        return Image(self._film.pixels(compiled), self._film.variance(compiled))
+
+
+def render(
+    scene: Scene,
+    *,
+    spp: int = 16,
+    seed: int = 0,
+    max_depth: int = 8,
+    both_sides: bool = False,
+    threads: int | None = None,
+    progress: Progress = None,
+) -> Image:
+    """Render a picture of `scene` in linear light.
+
+    Parameters are those of `Renderer` and of `Renderer.run`.
+
+    Returns
+    -------
+    Image
+        H x W x 3, with the variance of each value.
+
+    Raises
+    ------
+    ValueError
+        If a number lies outside its range.
+    TypeError
+        If `scene` is not a Scene, or a number is not whole.
+    """
+    renderer = Renderer(scene, seed=seed, max_depth=max_depth, both_sides=both_sides)
+    renderer.run(spp, threads=threads, progress=progress)
+    return renderer.image()

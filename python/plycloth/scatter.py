@@ -1,0 +1,303 @@
+"""The scattering models of a ply by themselves, for arrays of directions.
+
+Local frame: z is the outward normal, x runs along the fibers. All directions are unit vectors that
+point away from the surface; `eval` includes the cosine of `wi`, as Mitsuba's does. Values over
+many directions are computed in parallel.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Annotated, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from plycloth import _plycloth
+from plycloth._check import (
+    FINITE,
+    POSITIVE,
+    UNIT,
+    ParameterError,
+    Range,
+    array,
+    choice,
+    instance,
+    integer,
+    number,
+    rgb,
+)
+from plycloth._value import Description
+from plycloth.bsdf import PlyBsdf, Roughness
+
+Array = NDArray[np.float64]
+
+ETA = Range(1.01, 3.0)
+
+# How far the length of a direction may be from 1: about what single precision leaves.
+LENGTH_TOLERANCE = 1e-5
+
+_eta = number(ETA)
+_color = rgb(UNIT)
+_body = choice("conserving", "printed")
+_seed = integer(0, 2**64 - 1)
+_passages = integer(1, 2**32 - 1)
+_vectors = array((None, 3), FINITE)
+_cosines = array((None,), Range(1e-12, 1.0))
+_samples = array((None, 3), UNIT)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Interface(Description):
+    """A rough dielectric interface: the specular lobes at x and at y.
+
+    Walter, Marschner, Li and Torrance 2007, "Microfacet Models for Refraction through Rough
+    Surfaces", with anisotropic GGX, Smith's masking (separable) and the visible normals of Heitz
+    2018; Eqs. 8 to 10 of Montazeri et al. 2020 without their tints. Light may come from either
+    side. Refraction is in the form that keeps energy: radiance in Mitsuba's transport mode is
+    1/eta^2 of it for `wo` outside, eta^2 for `wo` inside.
+
+    Parameters
+    ----------
+    eta
+        Index of refraction inside (z < 0) over that outside, in [1.01, 3].
+    roughness
+        GGX widths along x and along y, each in [0.001, 1]; one number for both.
+
+    Raises
+    ------
+    ParameterError
+        If a value lies outside its range.
+    TypeError
+        If a value is not of the kind named.
+    """
+
+    eta: Annotated[float, number(ETA)] = 1.5
+    roughness: Roughness = (0.2, 0.3)
+
+    def eval(self, wo: ArrayLike, wi: ArrayLike) -> Array:
+        """Scattering from `wo` into `wi`, with the cosine of `wi`.
+
+        Parameters
+        ----------
+        wo, wi
+            Unit vectors, n x 3. On one side of the interface they give the reflection, on
+            different sides the refraction.
+
+        Returns
+        -------
+        ndarray
+            n values per steradian.
+
+        Raises
+        ------
+        ParameterError
+            If an array is not n x 3, holds NaN, or a vector's length is not 1.
+        TypeError
+            If an array does not hold real numbers.
+        """
+        return self._compiled.eval(*_direction_pairs(wo, wi))
+
+    def pdf(self, wo: ArrayLike, wi: ArrayLike) -> Array:
+        """Density of `sample`, n values per steradian. Arguments are those of `eval`."""
+        return self._compiled.pdf(*_direction_pairs(wo, wi))
+
+    def sample(self, wo: ArrayLike, u: ArrayLike) -> tuple[Array, Array]:
+        """Choose directions by visible normals, reflected or refracted as Fresnel's equations say.
+
+        Parameters
+        ----------
+        wo
+            Unit vectors, n x 3.
+        u
+            Uniform random numbers, n x 3, in [0, 1].
+
+        Returns
+        -------
+        wi, pdf
+            Directions, n x 3, and their densities, n. Both are zero where the light would meet
+            the interface a second time, which the model leaves out.
+
+        Raises
+        ------
+        ParameterError
+            If an array is not n x 3, holds NaN, or a vector's length is not 1.
+        TypeError
+            If an array does not hold real numbers.
+        """
+        directions = _directions("wo", wo)
+        numbers = _samples("u", u)
+        _check_rows("u", numbers, "wo", directions)
+        return self._compiled.sample(directions, numbers)
+
+    @cached_property
+    def _compiled(self) -> _plycloth.CompiledInterface:
+        return _plycloth.CompiledInterface(self.eta, self.roughness)
+
+
+def body_reflection(
+    base_color: Any,
+    cos_o: ArrayLike,
+    cos_i: ArrayLike,
+    *,
+    eta: float = 1.5,
+    body: str = "conserving",
+) -> Array:
+    """Reflection by the body of a ply, Eq. 12 of Montazeri et al. 2020 without r, B and G_f.
+
+    Parameters
+    ----------
+    base_color
+        k_x^B in linear RGB, or one number for a grey, each in [0, 1].
+    cos_o, cos_i
+        Cosines of the two directions with the normal, n each, in (0, 1].
+    eta
+        Index of refraction, in [1.01, 3]; only the printed form depends on it.
+    body
+        "conserving": an isotropic half-space (Chandrasekhar 1960, "Radiative Transfer", chapter
+        III) whose hemispherical albedo is `base_color`; "printed": the bracket of Eq. 12.
+
+    Returns
+    -------
+    ndarray
+        n x 3 values per steradian, without a cosine.
+
+    Raises
+    ------
+    ParameterError
+        If a value lies outside its range, or the cosines differ in number.
+    TypeError
+        If a value is not of the kind named.
+    """
+    outgoing, incoming = _cosines("cos_o", cos_o), _cosines("cos_i", cos_i)
+    _check_rows("cos_i", incoming, "cos_o", outgoing)
+    color, index, form = _color("base_color", base_color), _eta("eta", eta), _body("body", body)
+    return _plycloth.body_reflection(color, outgoing, incoming, index, form)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class PlyLobes(Description):
+    """The lobes of a ply, and all of them together as the BSDF of a ribbon.
+
+    On a round ply light enters at x and leaves at another point y, which depends on the cloth. On
+    a ribbon both are one point (section 4.3), so the whole model is a function of two directions.
+    What it lets through depends on the way inside (Eq. 11), which is random: `eval` and `pdf`
+    average over such passages.
+
+    Parameters
+    ----------
+    bsdf
+        The ply's optical parameters.
+    thickness_mm
+        h of Eq. 15, the thickness of the ribbon in millimetres, greater than 0.
+
+    Raises
+    ------
+    ParameterError
+        If a value lies outside its range.
+    TypeError
+        If a value is not of the kind named.
+    """
+
+    bsdf: Annotated[PlyBsdf, instance(PlyBsdf)]
+    thickness_mm: Annotated[float, number(POSITIVE)] = 0.1
+
+    @property
+    def entry(self) -> Interface:
+        """The interface at x (Eqs. 8 and 9), without tints."""
+        return Interface(self.bsdf.eta, self.bsdf.roughness)
+
+    @property
+    def exit(self) -> Interface:
+        """The interface at y (Eq. 10), without tints; light that leaves has `wo` inside (z < 0)."""
+        return Interface(self.bsdf.eta, self.bsdf.exit_roughness)
+
+    def eval(self, wo: ArrayLike, wi: ArrayLike, *, passages: int = 256, seed: int = 0) -> Array:
+        """Scattering of the ribbon from `wo` into `wi`, with the cosine of `wi`.
+
+        The expectation over passages is estimated without bias: its standard error falls as
+        1/sqrt(passages), and grows as the interfaces become smoother.
+
+        Parameters
+        ----------
+        wo, wi
+            Unit vectors, n x 3, on either side of the ribbon, which looks the same from both.
+        passages
+            Random passages to average over, at least 1.
+        seed
+            Pairs with the same number and seed share their random numbers; 0 to 2^64 - 1.
+
+        Returns
+        -------
+        ndarray
+            n x 3 values per steradian, linear RGB.
+
+        Raises
+        ------
+        ParameterError
+            If an array is not n x 3, holds NaN, a vector's length is not 1, or a number lies
+            outside its range.
+        TypeError
+            If an array does not hold real numbers, or a number is not whole.
+        """
+        return self._averages(wo, wi, passages, seed)[0]
+
+    def pdf(self, wo: ArrayLike, wi: ArrayLike, *, passages: int = 256, seed: int = 0) -> Array:
+        """Density of `sample`, n values per steradian. Arguments are those of `eval`."""
+        return self._averages(wo, wi, passages, seed)[1]
+
+    def sample(self, wo: ArrayLike, *, seed: int = 0) -> tuple[Array, Array]:
+        """Choose directions, each after a random passage.
+
+        Parameters
+        ----------
+        wo
+            Unit vectors, n x 3.
+        seed
+            Rows with the same number and seed are sampled alike; 0 to 2^64 - 1.
+
+        Returns
+        -------
+        wi, weight
+            Directions, n x 3, and linear RGB weights, n x 3: value over density, given the passage.
+            Both are zero where the light is lost. The mean weight is the ribbon's albedo.
+
+        Raises
+        ------
+        ParameterError
+            If `wo` is not n x 3, holds NaN, or a vector's length is not 1.
+        TypeError
+            If an array does not hold real numbers, or the seed is not whole.
+        """
+        return self._compiled.sample(_directions("wo", wo), _seed("seed", seed))
+
+    def _averages(
+        self, wo: ArrayLike, wi: ArrayLike, passages: int, seed: int
+    ) -> tuple[Array, Array]:
+        pairs = _direction_pairs(wo, wi)
+        return self._compiled.eval(*pairs, _passages("passages", passages), _seed("seed", seed))
+
+    @cached_property
+    def _compiled(self) -> _plycloth.CompiledRibbon:
+        return _plycloth.CompiledRibbon(self.bsdf, self.thickness_mm)
+
+
+def _directions(name: str, value: ArrayLike) -> Array:
+    vectors: Array = _vectors(name, value)
+    lengths = np.linalg.norm(vectors, axis=1)
+    if (wrong := np.abs(lengths - 1.0) > LENGTH_TOLERANCE).any():
+        row = int(np.argmax(wrong))
+        raise ParameterError(f"{name}[{row}] must have length 1, not {lengths[row]:g}")
+    return np.asarray(vectors / lengths[:, None])
+
+
+def _direction_pairs(wo: ArrayLike, wi: ArrayLike) -> tuple[Array, Array]:
+    outgoing, incoming = _directions("wo", wo), _directions("wi", wi)
+    _check_rows("wi", incoming, "wo", outgoing)
+    return outgoing, incoming
+
+
+def _check_rows(name: str, values: Array, other: str, expected: Array) -> None:
+    if len(values) != len(expected):
+        raise ParameterError(
+            f"{name} must have as many rows as {other}, {len(expected)}, not {len(values)}"
+        )

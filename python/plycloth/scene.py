@@ -1,0 +1,107 @@
+"""Scenes: a piece of cloth, a camera and lights."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from os import PathLike
+from typing import Annotated, Any, Self, get_args
+
+from plycloth._check import POSITIVE, ParameterError, instance, optional, pair
+from plycloth._value import Description
+from plycloth.camera import Camera
+from plycloth.fabric import Fabric
+from plycloth.light import Light
+
+AnyCamera = Annotated[Camera, instance(*get_args(Camera))]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Swatch(Description):
+    """A flat rectangular piece of fabric in the plane z = 0, centred on the origin.
+
+    Parameters
+    ----------
+    fabric
+        What it is a piece of.
+    size_mm
+        Width and height in millimetres, greater than 0; one number for a square. None: one
+        repeat of the pattern.
+
+    Raises
+    ------
+    ParameterError
+        If the size lies outside its range.
+    TypeError
+        If a value is not of the kind named.
+    """
+
+    fabric: Annotated[Fabric, instance(Fabric)]
+    size_mm: Annotated[tuple[float, float] | None, optional(pair(POSITIVE))] = None
+
+    @property
+    def extent_mm(self) -> tuple[float, float]:
+        """Width and height in millimetres: `size_mm`, or one repeat if that is None."""
+        return self.fabric.repeat_mm if self.size_mm is None else self.size_mm
+
+
+def _lights(name: str, value: Any) -> tuple[Light, ...]:
+    if not isinstance(value, Sequence) or isinstance(value, str):
+        raise TypeError(f"{name} must be a sequence of lights, not a {type(value).__name__}")
+    if not value:
+        raise ParameterError(f"{name} must hold at least one light, not 0: all would be black")
+    is_light = instance(*get_args(Light))
+    return tuple(is_light(f"{name}[{i}]", light) for i, light in enumerate(value))
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Scene(Description):
+    """All that a picture depends on, apart from how many samples it is made of.
+
+    Parameters
+    ----------
+    swatch
+        The cloth.
+    camera
+        From where it is seen.
+    lights
+        One or more lights.
+
+    Raises
+    ------
+    ParameterError
+        If there is no light.
+    TypeError
+        If a value is not of the kind named.
+    """
+
+    swatch: Annotated[Swatch, instance(Swatch)]
+    camera: AnyCamera
+    lights: Annotated[tuple[Light, ...], _lights]
+
+    @classmethod
+    def load(cls, path: str | PathLike[str]) -> Self:
+        """Read a scene from a JSON file that `save` wrote.
+
+        Raises
+        ------
+        FormatError
+            If the file does not hold a scene.
+        OSError
+            If it cannot be opened.
+        """
+        from plycloth._json import load_as
+
+        return load_as(cls, path)
+
+    def save(self, path: str | PathLike[str]) -> None:
+        """Write the scene to one readable JSON file.
+
+        Raises
+        ------
+        FormatError
+            If it holds an environment image that is too large for JSON and is in no file.
+        OSError
+            If the file cannot be written.
+        """
+        from plycloth._json import save
+
+        save(self, path)

@@ -1,0 +1,172 @@
+"""The unknowns of a fit: optical parameters as a vector of numbers between 0 and 1."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from plycloth._check import ParameterError, known_name
+from plycloth.bsdf import PlyBsdf
+
+FloatArray = NDArray[np.float64]
+
+SETS = ("warp", "weft")
+CHANNELS = ("red", "green", "blue")
+DIRECTIONS = ("along", "across")
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One field of a PlyBsdf, or an unknown of the camera: its parts, range, scale and unit."""
+
+    name: str
+    low: float
+    high: float
+    parts: tuple[str, ...] = ("",)
+    logarithmic: bool = False
+    unit: str = ""
+
+    def to_unit(self, value: float) -> float:
+        """Map a value from [low, high] to [0, 1]."""
+        if self.logarithmic:
+            return float(np.log(value / self.low) / np.log(self.high / self.low))
+        return (value - self.low) / (self.high - self.low)
+
+    def from_unit(self, u: float) -> float:
+        """Undo `to_unit`."""
+        u = min(max(u, 0.0), 1.0)
+        if self.logarithmic:
+            value = self.low * float(np.exp(u * np.log(self.high / self.low)))
+        else:
+            value = self.low + u * (self.high - self.low)
+        return min(max(value, self.low), self.high)
+
+    def slope(self, value: float) -> float:
+        """Return d value / d u."""
+        if self.logarithmic:
+            return value * float(np.log(self.high / self.low))
+        return self.high - self.low
+
+
+# In the order of the core's parameter rows (src/render/tape.rs). The ranges are those a fit looks
+# in unless told otherwise: narrower than the model's where its ends do not occur in cloth.
+OPTICAL = (
+    Parameter("eta", 1.05, 2.0),
+    Parameter("specular_tint", 0.0, 1.0, CHANNELS),
+    Parameter("transmission_tint", 0.0, 1.0, CHANNELS),
+    Parameter("base_color", 0.0, 1.0, CHANNELS),
+    Parameter("transmitted_color", 0.0, 1.0, CHANNELS),
+    Parameter("body_reflection", 0.0, 1.0),
+    Parameter("extinction", 0.1, 1000.0, logarithmic=True, unit="1/mm"),
+    Parameter("roughness", 0.05, 1.0, DIRECTIONS, logarithmic=True),
+    Parameter("exit_roughness", 0.05, 1.0, DIRECTIONS, logarithmic=True),
+)
+EXPOSURE = Parameter("exposure", 0.02, 50.0, logarithmic=True)
+FALLOFF = Parameter("falloff", 0.0, 3.0)
+
+NAMES = tuple(parameter.name for parameter in OPTICAL)
+_FIRST = dict(zip(NAMES, np.cumsum([0] + [len(p.parts) for p in OPTICAL[:-1]]), strict=True))
+
+
+@dataclass(frozen=True)
+class Unknown:
+    """One number that is looked for: where it stands, and for which yarns."""
+
+    parameter: Parameter
+    part: int
+    sets: tuple[int, ...]
+
+    @property
+    def column(self) -> int:
+        """Where the number stands in a row of the core's parameters."""
+        return int(_FIRST[self.parameter.name]) + self.part
+
+    @property
+    def label(self) -> str:
+        """For example "warp.base_color.red"; without the set if it is both yarns'."""
+        sets = SETS[self.sets[0]] if len(self.sets) == 1 else ""
+        part = self.parameter.parts[self.part]
+        return ".".join(word for word in (sets, self.parameter.name, part) if word)
+
+    def value(self, bsdfs: Sequence[PlyBsdf]) -> float:
+        """Return the number in the (first) BSDF that it stands for."""
+        field = getattr(bsdfs[self.sets[0]], self.parameter.name)
+        return float(np.ravel(field)[self.part])
+
+
+def unknowns(
+    free: Iterable[str] | None,
+    *,
+    tie: bool,
+    bounds: Mapping[str, tuple[float, float]],
+) -> list[Unknown]:
+    """List the unknowns that names stand for.
+
+    Parameters
+    ----------
+    free
+        Names such as "eta" (both yarns) or "warp.base_color"; None: all.
+    tie
+        Whether warp and weft share their values.
+    bounds
+        Narrower or wider ranges for some names (without a set).
+
+    Raises
+    ------
+    ParameterError
+        If a name is unknown, twice there, a yarn's own though tied, or a range is empty.
+    """
+    limits = {name: _limits(name, *bounds[name]) for name in bounds}
+    wanted = list(NAMES) if free is None else list(free)
+    found: list[Unknown] = []
+    for name in wanted:
+        sets, field = _split(name, tie=tie)
+        parameter = OPTICAL[NAMES.index(field)]
+        low, high = limits.get(field, (parameter.low, parameter.high))
+        parameter = replace(parameter, low=low, high=high)
+        groups = [sets] if tie else [(s,) for s in sets]
+        found += [Unknown(parameter, i, g) for g in groups for i in range(len(parameter.parts))]
+    places = [(u.column, s) for u in found for s in u.sets]
+    if len(set(places)) < len(places):
+        raise ParameterError(f"free names a parameter twice: {', '.join(wanted)}")
+    return sorted(found, key=lambda u: (u.sets, u.column))
+
+
+def _split(name: str, *, tie: bool) -> tuple[tuple[int, ...], str]:
+    yarns, _, field = name.rpartition(".")
+    known_name("a free parameter", field, NAMES)
+    if not yarns:
+        return (0, 1), field
+    known_name("a set of yarns", yarns, SETS)
+    if tie:
+        raise ParameterError(f"free names {name}, but tie=True lets warp and weft share all values")
+    return (SETS.index(yarns),), field
+
+
+def _limits(name: str, low: float, high: float) -> tuple[float, float]:
+    known_name("a bounded parameter", name, NAMES)
+    parameter = OPTICAL[NAMES.index(name)]
+    if not low < high or (parameter.logarithmic and low <= 0.0):
+        raise ParameterError(
+            f"bounds of {name} must be (low, high) with low < high, not ({low}, {high})"
+        )
+    return float(low), float(high)
+
+
+def with_values(
+    bsdfs: Sequence[PlyBsdf], where: Sequence[Unknown], values: Sequence[float]
+) -> list[PlyBsdf]:
+    """Return the BSDFs of warp and weft with the unknowns set to `values`."""
+    changes: list[dict[str, list[float]]] = [{}, {}]
+    for unknown, value in zip(where, values, strict=True):
+        for s in unknown.sets:
+            name = unknown.parameter.name
+            field = changes[s].setdefault(name, list(np.ravel(getattr(bsdfs[s], name))))
+            field[unknown.part] = value
+    fields: list[dict[str, Any]] = [
+        {name: tuple(parts) if len(parts) > 1 else parts[0] for name, parts in change.items()}
+        for change in changes
+    ]
+    return [replace(bsdf, **change) for bsdf, change in zip(bsdfs, fields, strict=True)]

@@ -1,0 +1,228 @@
+import inspect
+import json
+import subprocess
+import sys
+import types
+
+import numpy as np
+import plycloth as pc
+import pytest
+from fits import SmallPhotoFit
+from plycloth import cli
+from plycloth.cli import main
+
+SMALL = ["--spp", "1", "--width", "24", "--threads", "1", "--quiet"]
+
+
+@pytest.fixture
+def draft(tmp_path):
+    path = tmp_path / "draft.wif"
+    pattern = pc.WeavePattern.twill(2, 2)
+    colors = [[1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 1]]
+    pc.write_wif(pc.Draft.from_pattern(pattern, warp_colors=colors, weft_spacing=0.5), path)
+    return path
+
+
+@pytest.fixture
+def photographs(tmp_path):
+    paths = []
+    for name in ("a", "b"):
+        paths.append(tmp_path / f"{name}.png")
+        pc.Image(np.full((12, 12, 3), 0.25, np.float32)).save(paths[-1], gamma=2.2)
+    return paths
+
+
+@pytest.fixture
+def fits(monkeypatch):
+    """Puts a quick stand-in in the place of the search; gives the calls of it."""
+    calls = []
+
+    def fit_photographs(front, back, **options):
+        calls.append((front, back, options))
+        return SmallPhotoFit((front, back))
+
+    module = types.ModuleType("plycloth.photo_fit")
+    module.fit_photographs = fit_photographs
+    monkeypatch.setitem(sys.modules, "plycloth.photo_fit", module)
+    return calls
+
+
+def render(draft, output, *options):
+    return main(["render", str(draft), "-o", str(output), *SMALL, *options])
+
+
+def test_a_draft_renders_whole_with_its_aspect(draft, tmp_path, capsys):
+    assert render(draft, tmp_path / "out.png") == 0
+    # 4 ends 1 mm apart, 4 picks half a millimetre apart.
+    assert pc.read_image(tmp_path / "out.png").pixels.shape == (12, 24, 3)
+    assert capsys.readouterr().out == ""
+
+
+def test_render_is_that_of_the_package(draft, tmp_path):
+    assert render(draft, tmp_path / "out.exr", "--seed", "3", "--light", "raking") == 0
+    fabric = pc.Fabric.from_draft(pc.read_wif(draft))
+    scene = pc.overview(fabric, "raking", width=24)
+    expected = pc.render(scene, spp=1, seed=3, progress=False)
+    assert np.array_equal(pc.read_image(tmp_path / "out.exr").pixels, expected.pixels)
+
+
+def test_render_takes_a_size_a_yarn_and_an_environment(draft, tmp_path):
+    pc.Image(np.ones((2, 4, 3), np.float32)).save(tmp_path / "sky.exr")
+    options = ["--size-mm", "8", "2", "--yarn", "rayon1", "--light", str(tmp_path / "sky.exr")]
+    assert render(draft, tmp_path / "out.exr", *options) == 0
+    assert pc.read_image(tmp_path / "out.exr").pixels.shape == (6, 24, 3)
+
+
+def test_a_named_yarn_keeps_its_twist_at_the_thickness_of_the_draft(draft):
+    yarn = cli._scaled_preset("rayon1", pc.read_wif(draft))
+    measured = pc.preset("rayon1")
+    assert yarn.radius_mm == pytest.approx(0.4)  # 0.8 of the spacing of 1 mm is its diameter
+    assert yarn.plies == 2
+    assert yarn.pitch / yarn.radius_mm == pytest.approx(measured.pitch / measured.radius_mm)
+
+
+def test_render_says_what_it_did(draft, tmp_path, capsys):
+    arguments = [a for a in SMALL if a != "--quiet"]
+    assert main(["render", str(draft), "-o", str(tmp_path / "out.png"), *arguments]) == 0
+    assert "out.png: 24 x 12 pixels" in capsys.readouterr().out
+
+
+def test_what_is_odd_about_a_draft_is_a_line(draft, tmp_path, capsys):
+    text = draft.read_text().replace("Thickness=", "Thickness=0 ;")
+    lines = [line for line in text.splitlines() if not line.startswith("Thickness")]
+    draft.write_text("\n".join(lines))
+    assert render(draft, tmp_path / "out.png") == 0
+    warning, *_ = capsys.readouterr().err.splitlines()
+    assert warning.startswith("plycloth: warning: ")
+    assert "thickness" in warning
+
+
+def test_fit_leaves_json_pictures_and_page(photographs, fits, tmp_path, capsys):
+    folder = tmp_path / "new" / "found"
+    assert main(["fit", *map(str, photographs), "-o", str(folder), "--seed", "5"]) == 0
+    (front, _, options), = fits  # fmt: skip
+    assert front.pixels[0, 0, 0] == pytest.approx(0.25, abs=0.005)
+    assert options == {"seed": 5, "progress": None}
+    assert {path.name for path in folder.iterdir()} == {
+        "fit.json", "fabric.json", "front.png", "back.png", "index.html"
+    }  # fmt: skip
+    assert json.loads((folder / "fit.json").read_text())["candidates"][0]["errors"] == [0.1, 0.2]
+    # 8 bit, encoded as light ** (1 / 2.2), in the photographs' size.
+    picture = pc.read_image(folder / "front.png", gamma=2.2)
+    assert picture.pixels.shape == (12, 12, 3)
+    assert picture.pixels[0, 0, 0] == pytest.approx(0.5, abs=0.005)
+    assert pc.Fabric.load(folder / "fabric.json") == SmallPhotoFit(()).result.fabric
+    assert "index.html: relative errors front" in capsys.readouterr().out
+
+
+def test_fit_hands_on_what_is_chosen(photographs, fits, draft, tmp_path):
+    options = ["--tie", "--draft", str(draft), "--threads", "1", "--quiet"]
+    assert main(["fit", *map(str, photographs), "-o", str(tmp_path / "out"), *options]) == 0
+    assert fits[0][2] == {
+        "seed": 0,
+        "tie": True,
+        "threads": 1,
+        "pattern": pc.WeavePattern.twill(2, 2),
+        "progress": False,
+    }
+
+
+BROKEN = "[WIF]\nVersion=1.1\n[WEAVING]\nShafts=two\n"
+
+RENDERS = [
+    (["none.wif", "-o", "out.png"], "none.wif: No such file"),
+    (["draft.wif", "-o", "out.jpg"], "out.jpg: must end in one of .exr, .png"),
+    (["draft.wif", "-o", "out"], "out: must end in one of .exr, .png"),
+    (["draft.wif", "-o", "nowhere/out.png"], "there is no folder nowhere"),
+    (["broken.wif", "-o", "out.png"], "broken.wif"),
+    (["draft.wif", "-o", "out.png", "--light", "dya"], "the nearest is 'day'"),
+    (["draft.wif", "-o", "out.png", "--light", "none.exr"], "none.exr: No such file"),
+    (["draft.wif", "-o", "out.png", "--yarn", "coton1"], "the nearest is 'cotton1'"),
+    (["draft.wif", "-o", "out.png", "--spp", "0"], "spp"),
+    (["draft.wif", "-o", "out.png", "--width", "0"], "width"),
+    (["draft.wif", "-o", "out.png", "--size-mm", "1", "nan"], "size_mm"),
+    (["draft.wif", "-o", "out.png", "--seed", "-1"], "seed"),
+    (["draft.wif", "-o", "out.png", "--threads", "0"], "threads"),
+]
+
+
+@pytest.mark.parametrize(("arguments", "message"), RENDERS, ids=lambda value: str(value)[:50])
+def test_bad_input_of_render_is_one_line(arguments, message, draft, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "broken.wif").write_text(BROKEN)
+    assert main(["render", *arguments]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith("plycloth: error: ")
+    assert message in line
+    assert not (tmp_path / "out.png").exists()
+
+
+FITS = [
+    (["none.png", "b.png", "-o", "out"], "none.png: No such file"),
+    (["draft.wif", "b.png", "-o", "out"], "draft.wif: has the suffix '.wif'"),
+    (["text.png", "b.png", "-o", "out"], "text.png: not a readable picture"),
+    (["a.png", "b.png", "-o", "a.png"], "a.png: is a file, but must be a folder"),
+    (["a.png", "b.png", "-o", "out", "--draft", "none.wif"], "none.wif: No such file"),
+]
+
+
+@pytest.mark.parametrize(("arguments", "message"), FITS, ids=lambda value: str(value)[:50])
+def test_bad_input_of_fit_is_one_line(
+    arguments, message, photographs, draft, fits, tmp_path, monkeypatch, capsys
+):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "text.png").write_text("no picture")
+    assert main(["fit", *arguments]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith("plycloth: error: ")
+    assert message in line
+    assert fits == []
+
+
+@pytest.mark.parametrize(
+    "arguments", [[], ["rendr"], ["render"], ["render", "a.wif", "-o", "b.png", "--spp", "many"]]
+)
+def test_unknown_arguments_end_with_2(arguments, capsys):
+    with pytest.raises(SystemExit) as exit_:
+        main(arguments)
+    assert exit_.value.code == 2
+    assert "usage: plycloth" in capsys.readouterr().err
+
+
+def test_ctrl_c_ends_with_130(draft, tmp_path, monkeypatch, capsys):
+    def interrupted(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(cli, "render", interrupted)
+    assert render(draft, tmp_path / "out.png") == 130
+    assert capsys.readouterr().err == "plycloth: interrupted\n"
+
+
+def test_errors_of_the_program_itself_are_not_hidden(draft, tmp_path, monkeypatch):
+    def failing(*_, **__):
+        raise TypeError("a mistake in the code")
+
+    monkeypatch.setattr(cli, "render", failing)
+    with pytest.raises(TypeError, match="mistake"):
+        render(draft, tmp_path / "out.png")
+
+
+def test_the_module_runs_as_the_command_does(draft, tmp_path):
+    command = [sys.executable, "-m", "plycloth"]
+    version = subprocess.run([*command, "--version"], capture_output=True, text=True, check=True)
+    assert version.stdout == f"plycloth {pc.__version__}\n"
+    picture = tmp_path / "out.png"
+    subprocess.run([*command, "render", str(draft), "-o", str(picture), *SMALL], check=True)
+    assert pc.read_image(picture).width == 24
+    missing = subprocess.run(
+        [*command, "render", "none.wif", "-o", "a.png"], capture_output=True, text=True, check=False
+    )
+    assert missing.returncode == 2
+    assert missing.stderr == "plycloth: error: none.wif: No such file or directory\n"
+
+
+def test_the_search_takes_what_is_chosen():
+    from plycloth.photo_fit import fit_photographs
+
+    taken = inspect.signature(fit_photographs).parameters
+    assert {"seed", "tie", "threads", "pattern", "progress"} <= set(taken)

@@ -1,0 +1,94 @@
+import dataclasses
+import io
+import pickle
+
+import numpy as np
+import plycloth as pc
+import pytest
+from PIL import Image
+
+PATTERN = pc.WeavePattern([[1, 0, 1], [0, 1, 0]])
+
+
+def test_a_draft_has_defaults():
+    draft = pc.Draft.from_pattern(PATTERN, warp_spacing=[0.5, 1.0, 2.0])
+    assert draft.warp_colors.shape == (3, 3)
+    assert draft.weft_colors.shape == (2, 3)
+    assert (draft.warp_colors < draft.weft_colors[0]).all()
+    assert (draft.warp_thickness == 0.8 * draft.warp_spacing).all()
+    assert (draft.weft_spacing == [1.0, 1.0]).all()
+    assert (draft.title, draft.notes) == ("", "")
+
+
+def test_a_draft_is_a_value():
+    draft = pc.Draft.from_pattern(PATTERN, title=" Twill ", notes="one \r\n\n two\n")
+    assert (draft.title, draft.notes) == ("Twill", "one\n\ntwo")
+    assert repr(draft) == "Draft('Twill', 2 picks x 3 ends)"
+    assert repr(pc.Draft.from_pattern(PATTERN)) == "Draft(2 picks x 3 ends)"
+    copy = pickle.loads(pickle.dumps(draft))
+    assert copy == draft
+    assert hash(copy) == hash(draft)
+    assert not copy.warp_colors.flags.writeable
+    assert draft != 1
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        draft.title = "Other"
+    with pytest.raises(ValueError, match="read-only"):
+        draft.warp_spacing[0] = 2
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"pattern": PATTERN.flipped()},
+        {"warp_colors": np.full((3, 3), 0.3)},
+        {"weft_colors": np.full((2, 3), 0.3)},
+        {"warp_spacing": np.full(3, 0.7)},
+        {"weft_spacing": np.full(2, 0.7)},
+        {"warp_thickness": np.full(3, 0.7)},
+        {"weft_thickness": np.full(2, 0.7)},
+        {"title": "Other"},
+        {"notes": "Other"},
+    ],
+)
+def test_every_field_counts_when_drafts_are_compared(change):
+    draft = pc.Draft.from_pattern(PATTERN)
+    assert dataclasses.replace(draft, **change) != draft
+
+
+def test_minus_zero_is_zero():
+    plus, minus = (pc.Draft.from_pattern(PATTERN, warp_colors=[z, 1, 1]) for z in (0.0, -0.0))
+    assert plus == minus
+    assert hash(plus) == hash(minus)
+
+
+@pytest.mark.parametrize(
+    ("change", "error", "message"),
+    [
+        ({"pattern": PATTERN.warp_up}, TypeError, "must be a WeavePattern, not a ndarray"),
+        ({"warp_colors": [0.1, 0.2]}, ValueError, r"warp_colors must be of shape \(3, 3\)"),
+        ({"warp_colors": np.zeros((2, 3))}, ValueError, "warp_colors must be of shape"),
+        ({"weft_colors": [0, 0, 1.01]}, ValueError, r"weft_colors must be in \[0, 1\]"),
+        ({"weft_colors": [0, 0, np.nan]}, ValueError, r"weft_colors must be in \[0, 1\]"),
+        ({"weft_colors": "red"}, ValueError, "weft_colors must hold real numbers"),
+        ({"warp_spacing": 0.0}, ValueError, "warp_spacing must be finite and above 0"),
+        ({"weft_spacing": -1}, ValueError, "weft_spacing must be finite and above 0"),
+        ({"weft_spacing": np.inf}, ValueError, "weft_spacing must be finite and above 0"),
+        ({"warp_thickness": [1, 1, np.nan]}, ValueError, "warp_thickness must be finite"),
+        ({"weft_thickness": [1, 1, 1]}, ValueError, r"weft_thickness must be of shape \(2,\)"),
+        ({"title": "two\nlines"}, ValueError, "title must be one line"),
+        ({"title": 3}, TypeError, "title must be text"),
+        ({"notes": None}, TypeError, "notes must be text"),
+    ],
+)
+def test_bad_drafts(change, error, message):
+    with pytest.raises(error, match=message):
+        pc.Draft.from_pattern(**{"pattern": PATTERN, **change})
+
+
+def test_the_drawdown_has_the_colours_of_the_yarns():
+    warp = np.array([[255, 0, 0], [0, 255, 0], [0, 0, 255]])
+    weft = np.array([[10, 20, 30], [200, 210, 220]])
+    draft = pc.Draft.from_pattern(PATTERN, warp_colors=warp / 255, weft_colors=weft / 255)
+    shown = np.asarray(Image.open(io.BytesIO(draft._repr_png_())))[8::16, 8::16]
+    assert (shown[0] == [warp[0], weft[0], warp[2]]).all()
+    assert (shown[1] == [weft[1], warp[1], weft[1]]).all()

@@ -1,0 +1,190 @@
+"""Fits: hidden parameters come back, gradients are those of the objective, bad input is named."""
+
+from dataclasses import replace
+
+import numpy as np
+import plycloth as pc
+import pytest
+from plycloth.cells import cell_averages, lens_gain
+from plycloth.fit import _Point, _Problem, _Space, with_bsdfs
+from plycloth.unknowns import EXPOSURE, FALLOFF, OPTICAL, unknowns, with_values
+from samples import plain_fabric
+
+SIDES = ("front", "back")
+HIDDEN = pc.PlyBsdf(
+    eta=1.45,
+    specular_tint=0.9,
+    transmission_tint=(0.9, 0.7, 0.5),
+    base_color=(0.7, 0.4, 0.2),
+    transmitted_color=(0.6, 0.3, 0.2),
+    body_reflection=0.6,
+    extinction=4.0,
+    roughness=(0.25, 0.4),
+    exit_roughness=(0.3, 0.6),
+)
+
+
+def scenes(bsdf, sides=SIDES):
+    yarn = pc.RoundYarn(0.11, bsdf, plies=1)
+    fabric = plain_fabric(warp=yarn, weft=yarn, weft_spacing_mm=0.25)
+    return [pc.photo_rig(fabric, side, resolution=(64, 64)) for side in sides]
+
+
+def pictures(bsdf, spp=256, sides=SIDES):
+    return [
+        pc.render(scene, spp=spp, seed=11, both_sides=True, progress=False)
+        for scene in scenes(bsdf, sides)
+    ]
+
+
+@pytest.mark.slow
+def test_a_short_fit_explains_most_of_pictures_with_other_noise():
+    """The squared error falls to a twentieth; what each parameter came to is printed."""
+    start = replace(HIDDEN, base_color=0.5, roughness=(0.35, 0.35), eta=1.6, extinction=8.0)
+    result = pc.fit(
+        scenes(start),
+        pictures(HIDDEN),
+        free=["base_color", "roughness", "eta", "extinction"],
+        tie=True,
+        paths=200,
+        rounds=5,
+        progress=False,
+    )
+    assert result.fun < 0.05 * result.steps[0].before
+    hidden = [HIDDEN.eta, *HIDDEN.base_color, HIDDEN.extinction, *HIDDEN.roughness]
+    for estimate, value in zip(result.estimates, hidden, strict=True):
+        off = abs(estimate.value / value - 1.0)
+        print(f"{estimate.label}: {estimate.value:.4f}, off by {off:.1%}")
+    assert result.fabric.warp.bsdf == result.fabric.weft.bsdf == result.bsdfs[0]
+    assert "<table>" in result._repr_html_()
+
+
+def problem(exposure=1.3, falloff=0.4):
+    """A problem with all unknowns free, recorded at its start."""
+    start = _Point([HIDDEN, replace(HIDDEN, eta=1.6)], exposure, falloff)
+    everything = _Problem(
+        scenes=scenes(HIDDEN),
+        targets=[np.full((4, 4, 3), 0.3), np.full((4, 4, 3), 0.2)],
+        space=_Space(start, unknowns(None, tie=False, bounds={}), [EXPOSURE, FALLOFF]),
+        strata=6,
+        max_depth=5,
+        threads=None,
+    )
+    u = everything.space.encode(start)
+    # The fabric has one BSDF in its scenes; the recording sees those of the start.
+    return everything, u, everything.record(u, 5)
+
+
+def test_the_gradient_is_that_of_the_objective():
+    everything, start, tapes = problem()
+    assert start.size == 2 * 19 + 2
+    u = np.clip(start + 0.02 * np.sin(np.arange(start.size)), 0.01, 0.99)
+    _, gradient = everything.objective(tapes, u)
+    for i, label in enumerate(everything.space.labels):
+        step = np.zeros_like(u)
+        step[i] = 1e-6
+        plus, minus = (everything.objective(tapes, u + sign * step)[0] for sign in (1, -1))
+        expected = (plus - minus) / 2e-6
+        scale = max(abs(expected), 1e-3 * np.abs(gradient).max())
+        assert abs(gradient[i] - expected) < 1e-4 * scale, (label, gradient[i], expected)
+
+
+def test_averages_at_the_start_are_those_of_the_picture():
+    everything, u, _ = problem(1.0, 0.0)
+    everything = replace(everything, strata=24, max_depth=8)
+    tapes = everything.record(u, 9)
+    rendered = [
+        pc.render(s, spp=64, seed=2, both_sides=True, progress=False)
+        for s in (with_bsdfs(s, everything.space.decode(u).bsdfs) for s in everything.scenes)
+    ]
+    for tape, picture in zip(tapes, rendered, strict=True):
+        cells, _ = everything.cells(tape[0], u)
+        expected = cell_averages(picture.pixels.astype(float), 4)
+        assert abs(cells.mean() / expected.mean() - 1.0) < 0.03
+
+
+@pytest.mark.parametrize("parameter", [*OPTICAL, EXPOSURE, FALLOFF], ids=lambda p: p.name)
+def test_units_map_to_ranges_and_back(parameter):
+    for u in np.linspace(0.0, 1.0, 11):
+        value = parameter.from_unit(u)
+        assert parameter.low <= value <= parameter.high
+        assert abs(parameter.to_unit(value) - u) < 1e-12
+        if 0.05 < u < 0.95:
+            slope = (parameter.from_unit(u + 1e-6) - parameter.from_unit(u - 1e-6)) / 2e-6
+            assert abs(parameter.slope(value) / slope - 1.0) < 1e-6
+
+
+def test_values_go_where_their_labels_say():
+    free = unknowns(["warp.eta", "roughness"], tie=False, bounds={})
+    assert [u.label for u in free] == [
+        "warp.eta",
+        "warp.roughness.along",
+        "warp.roughness.across",
+        "weft.roughness.along",
+        "weft.roughness.across",
+    ]
+    warp, weft = with_values([HIDDEN, HIDDEN], free, [1.7, 0.1, 0.2, 0.3, 0.4])
+    assert warp == replace(HIDDEN, eta=1.7, roughness=(0.1, 0.2))
+    assert weft == replace(HIDDEN, roughness=(0.3, 0.4))
+
+
+def test_the_lens_darkens_corners():
+    gain, slope = lens_gain((16, 16), 2.0, 0.5)
+    assert gain[8, 8, 0] == pytest.approx(2.0, abs=0.01)
+    assert gain[0, 0, 0] == pytest.approx(2.0 * np.exp(-0.5 * (15 / 16) ** 2), rel=0.01)
+    difference = (lens_gain((16, 16), 2.0, 0.501)[0] - lens_gain((16, 16), 2.0, 0.499)[0]) / 0.002
+    assert np.allclose(slope, difference, rtol=1e-5)
+
+
+def test_cell_averages_keep_the_mean_and_the_places():
+    pixels = np.arange(6 * 4 * 3, dtype=float).reshape(6, 4, 3)
+    cells = cell_averages(pixels, 2)
+    assert np.allclose(cells[0, 1], pixels[:3, 2:].mean((0, 1)))
+    assert cells.mean() == pytest.approx(pixels.mean())
+
+
+FRONT = ("front",)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"free": ["etta"]}, "free parameter must be one of .*'eta'"),
+        ({"free": ["warp.etta"]}, "nearest is 'eta'"),
+        ({"free": ["warps.eta"]}, "nearest is 'warp'"),
+        ({"free": ["eta", "warp.eta"]}, "twice"),
+        ({"free": ["warp.eta"], "tie": True}, "tie=True"),
+        ({"bounds": {"eta": (2.0, 1.5)}}, "low < high"),
+        ({"bounds": {"roughness": (0.0, 1.0)}}, "bounds of roughness"),
+        ({"bounds": {"shine": (0.0, 1.0)}}, "bounded parameter"),
+        ({"objective": "mean"}, "objective"),
+        ({"paths": 0}, "paths"),
+        ({"rounds": 0}, "rounds"),
+        ({"images": np.ones((32, 32))}, r"H x W x 3"),
+        ({"images": np.ones((8, 8, 3))}, "at least 16 rows"),
+        ({"images": np.full((32, 32, 3), np.nan)}, "finite"),
+        ({"images": np.full((32, 32, 3), -1.0)}, "at least 0"),
+        ({"images": np.zeros((32, 32, 3))}, "black"),
+        ({"images": [np.ones((32, 32, 3))] * 2}, "one per scene"),
+        ({"scenes": []}, "at least one scene"),
+    ],
+)
+def test_bad_input_is_named(changes, message):
+    given = {"scenes": scenes(HIDDEN, FRONT), "images": [np.ones((32, 32, 3))], "progress": False}
+    with pytest.raises(pc.ParameterError, match=message):
+        pc.fit(**(given | changes))
+
+
+def test_scenes_must_show_one_fabric_of_plies():
+    images = [np.ones((32, 32, 3))] * 2
+    two = [scenes(HIDDEN)[0], scenes(replace(HIDDEN, eta=1.7))[1]]
+    with pytest.raises(pc.ParameterError, match="same fabric"):
+        pc.fit(two, images, progress=False)
+    diffuse = scenes(HIDDEN, FRONT)[0]
+    yarn = pc.RoundYarn(0.1, pc.DiffuseBsdf())
+    fabric = plain_fabric(warp=yarn)
+    with pytest.raises(pc.ParameterError, match="PlyBsdf"):
+        pc.fit(replace(diffuse, swatch=pc.Swatch(fabric)), images[0], progress=False)
+    colored = plain_fabric(warp_colors=np.ones((2, 3)))
+    with pytest.raises(pc.ParameterError, match="warp_colors"):
+        pc.fit(replace(diffuse, swatch=pc.Swatch(colored)), images[0], progress=False)
