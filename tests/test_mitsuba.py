@@ -14,6 +14,8 @@ from plycloth import mitsuba as to  # noqa: E402
 # --- One yarn before the camera ---------------------------------------------------------------
 
 RADIUS = 0.3
+# Heights are rounded to this part of the spacing (docs/conventions.md).
+HEIGHT_QUANTA = 1024
 RESOLUTION = (16, 16)
 SURROUNDINGS = pc.EnvironmentLight(
     # Smooth, since Mitsuba interpolates; different in every direction.
@@ -58,9 +60,8 @@ def one_yarn(yarn):
     fabric = pc.Fabric(pc.WeavePattern([[True]]), yarn, thread, 1.0, 10.0)
     relaxed = fabric.relaxed()
     assert np.ptp(relaxed.warp_height) < 1e-9
-    # Heights are rounded so that equal pieces of cloth compare equal.
-    quanta = np.round(relaxed.warp_height[0, 0] * 16384)
-    return pc.Swatch(fabric), quanta / 16384 * fabric.unit_mm
+    quanta = np.round(relaxed.warp_height[0, 0] * HEIGHT_QUANTA)
+    return pc.Swatch(fabric), quanta / HEIGHT_QUANTA * fabric.unit_mm
 
 
 def ours_of(swatch, height, camera, lights, spp, max_depth):
