@@ -5,9 +5,10 @@ from dataclasses import replace
 import numpy as np
 import plycloth as pc
 import pytest
-from plycloth.cells import cell_averages, lens_gain
+from plycloth.cells import cell_averages
 from plycloth.fit import _Point, _Problem, _Space, with_bsdfs
-from plycloth.unknowns import EXPOSURE, FALLOFF, OPTICAL, unknowns, with_values
+from plycloth.lens import Lens
+from plycloth.unknowns import EXPOSURE, FALLOFF, OPTICAL, lens_unknowns, unknowns, with_values
 from samples import plain_fabric
 
 SIDES = ("front", "back")
@@ -59,14 +60,14 @@ def test_a_short_fit_explains_most_of_pictures_with_other_noise():
     assert "<table>" in result._repr_html_()
 
 
-def problem(exposure=1.3, falloff=0.4):
+def problem(lenses):
     """A problem with all unknowns free, recorded at its start."""
-    start = _Point([HIDDEN, replace(HIDDEN, eta=1.6)], exposure, falloff)
+    start = _Point([HIDDEN, replace(HIDDEN, eta=1.6)], lenses)
     everything = _Problem(
         scenes=scenes(HIDDEN),
         targets=[np.full((4, 4, 3), 0.3), np.full((4, 4, 3), 0.2)],
-        space=_Space(start, unknowns(None, tie=False, bounds={}), [EXPOSURE, FALLOFF]),
-        strata=6,
+        space=_Space(start, unknowns(None, tie=False, bounds={}), lens_unknowns(True, "each", 2)),
+        paths=64,
         max_depth=5,
         threads=None,
     )
@@ -76,8 +77,8 @@ def problem(exposure=1.3, falloff=0.4):
 
 
 def test_the_gradient_is_that_of_the_objective():
-    everything, start, tapes = problem()
-    assert start.size == 2 * 19 + 2
+    everything, start, tapes = problem([Lens(1.3, 0.4), Lens(1.3, 0.2)])
+    assert start.size == 2 * 19 + 3
     u = np.clip(start + 0.02 * np.sin(np.arange(start.size)), 0.01, 0.99)
     _, gradient = everything.objective(tapes, u)
     for i, label in enumerate(everything.space.labels):
@@ -90,15 +91,15 @@ def test_the_gradient_is_that_of_the_objective():
 
 
 def test_averages_at_the_start_are_those_of_the_picture():
-    everything, u, _ = problem(1.0, 0.0)
-    everything = replace(everything, strata=24, max_depth=8)
+    everything, u, _ = problem([Lens(), Lens()])
+    everything = replace(everything, paths=512, max_depth=8)
     tapes = everything.record(u, 9)
     rendered = [
         pc.render(s, spp=64, seed=2, both_sides=True, progress=False)
         for s in (with_bsdfs(s, everything.space.decode(u).bsdfs) for s in everything.scenes)
     ]
-    for tape, picture in zip(tapes, rendered, strict=True):
-        cells, _ = everything.cells(tape[0], u)
+    for i, (tape, picture) in enumerate(zip(tapes, rendered, strict=True)):
+        cells, _ = everything.cells(tape[0], i, u)
         expected = cell_averages(picture.pixels.astype(float), 4)
         assert abs(cells.mean() / expected.mean() - 1.0) < 0.03
 
@@ -129,10 +130,11 @@ def test_values_go_where_their_labels_say():
 
 
 def test_the_lens_darkens_corners():
-    gain, slope = lens_gain((16, 16), 2.0, 0.5)
+    gain, slope = Lens(2.0, 0.5).gain((16, 16))
     assert gain[8, 8, 0] == pytest.approx(2.0, abs=0.01)
     assert gain[0, 0, 0] == pytest.approx(2.0 * np.exp(-0.5 * (15 / 16) ** 2), rel=0.01)
-    difference = (lens_gain((16, 16), 2.0, 0.501)[0] - lens_gain((16, 16), 2.0, 0.499)[0]) / 0.002
+    brighter, darker = (Lens(2.0, falloff).gain((16, 16))[0] for falloff in (0.499, 0.501))
+    difference = (darker - brighter) / 0.002
     assert np.allclose(slope, difference, rtol=1e-5)
 
 

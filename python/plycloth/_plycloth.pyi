@@ -49,11 +49,12 @@ class CompiledFilm:
 @final
 class CompiledTape:
     PARAMETERS: int
+    MAX_PATHS: int
     def __new__(
         cls,
         scene: CompiledScene,
         grid: tuple[int, int],
-        strata: int,
+        paths: int,
         seed: int,
         max_depth: int,
         threads: int | None = None,

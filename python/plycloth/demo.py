@@ -105,7 +105,10 @@ def _recover(folder: str | PathLike[str], effort: Effort) -> None:
     )
     photographs = photograph(made_up(draft, HIDDEN), effort, seed=1)
     result = recover(draft, photographs, effort)
-    pictures = [result.develop(image) for image in photograph(result.fabric, effort, seed=3)]
+    pictures = [
+        result.develop(image, picture)
+        for picture, image in enumerate(photograph(result.fabric, effort, seed=3))
+    ]
     cloth.save(folder / "cloth.png")
     (folder / "draft.png").write_bytes(draft._repr_png_())
     for side, image in zip(SIDES, photographs, strict=True):

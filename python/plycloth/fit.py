@@ -21,13 +21,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plycloth import _plycloth
-from plycloth._check import ParameterError, choice, integer
+from plycloth._check import ParameterError, choice, integer, optional
 from plycloth.bsdf import PlyBsdf
-from plycloth.cells import cell_averages, lens_gain
+from plycloth.cells import cell_averages
 from plycloth.fit_result import Estimate, FitResult, Match, Step
+from plycloth.lens import Lens
 from plycloth.progress import Progress, reporting
 from plycloth.scene import Scene
-from plycloth.unknowns import EXPOSURE, FALLOFF, Parameter, Unknown, unknowns, with_values
+from plycloth.unknowns import (
+    EXPOSURE,
+    FALLOFFS,
+    LensUnknown,
+    Parameter,
+    Unknown,
+    lens_unknowns,
+    unknowns,
+    with_lens_values,
+    with_values,
+)
 
 FloatArray = NDArray[np.float64]
 Tapes = tuple[_plycloth.CompiledTape, _plycloth.CompiledTape]
@@ -45,16 +56,17 @@ STATED_NOISE = 0.01
 LEAST_SENSITIVITY = 1e-3
 
 _count = integer(1, 10**6)
+_paths = integer(1, 2 * _plycloth.CompiledTape.MAX_PATHS)
 _objective = choice(*GRIDS)
+_falloff = optional(choice(*FALLOFFS))
 
 
 @dataclass(frozen=True)
 class _Point:
-    """A place in the space of unknowns: the BSDFs of warp and weft, and the camera's unknowns."""
+    """A place in the space of unknowns: the BSDFs of warp and weft, and the pictures' lenses."""
 
     bsdfs: Sequence[PlyBsdf]
-    exposure: float = 1.0
-    falloff: float = 0.0
+    lenses: Sequence[Lens]
 
 
 @dataclass(frozen=True)
@@ -63,34 +75,37 @@ class _Space:
 
     start: _Point
     optical: Sequence[Unknown]
-    camera: Sequence[Parameter]
+    camera: Sequence[LensUnknown]
 
     def encode(self, point: _Point) -> FloatArray:
-        optical = [u.parameter.to_unit(u.value(point.bsdfs)) for u in self.optical]
-        camera = [p.to_unit(getattr(point, p.name)) for p in self.camera]
-        return np.asarray(np.clip(optical + camera, 0.0, 1.0))
+        pairs = zip(self.parameters, self.values(point), strict=True)
+        return np.clip([p.to_unit(value) for p, value in pairs], 0.0, 1.0)
 
     def decode(self, u: FloatArray) -> _Point:
-        values = [p.from_unit(x) for p, x in zip(self._parameters, u, strict=True)]
+        values = [p.from_unit(x) for p, x in zip(self.parameters, u, strict=True)]
         optical, camera = values[: len(self.optical)], values[len(self.optical) :]
-        return replace(
-            self.start,
+        return _Point(
             bsdfs=with_values(self.start.bsdfs, self.optical, optical),
-            **{p.name: value for p, value in zip(self.camera, camera, strict=True)},
+            lenses=with_lens_values(self.start.lenses, self.camera, camera),
         )
 
     def slopes(self, u: FloatArray) -> FloatArray:
         """Return the derivatives of the numbers with respect to `u`."""
-        pairs = zip(self._parameters, u, strict=True)
+        pairs = zip(self.parameters, u, strict=True)
         return np.array([p.slope(p.from_unit(x)) for p, x in pairs])
+
+    def values(self, point: _Point) -> list[float]:
+        """Return the numbers at a point."""
+        optical = [unknown.value(point.bsdfs) for unknown in self.optical]
+        return optical + [unknown.value(point.lenses) for unknown in self.camera]
 
     @property
     def labels(self) -> list[str]:
-        return [u.label for u in self.optical] + [p.name for p in self.camera]
+        return [u.label for u in self.optical] + [u.label for u in self.camera]
 
     @property
-    def _parameters(self) -> list[Parameter]:
-        return [u.parameter for u in self.optical] + list(self.camera)
+    def parameters(self) -> list[Parameter]:
+        return [u.parameter for u in self.optical] + [u.parameter for u in self.camera]
 
 
 def fit(
@@ -101,10 +116,10 @@ def fit(
     bounds: Mapping[str, tuple[float, float]] | None = None,
     tie: bool = False,
     exposure: bool = False,
-    falloff: bool = False,
-    camera_start: tuple[float, float] | None = None,
+    falloff: str | None = None,
+    lenses: Sequence[Lens] | None = None,
     objective: str = "grid",
-    paths: int = 144,
+    paths: int = 128,
     rounds: int = 12,
     evaluations: int = 20,
     max_depth: int = 8,
@@ -134,16 +149,17 @@ def fit(
     exposure
         Whether one factor on the brightness of all pictures is unknown.
     falloff
-        Whether the lens's falloff is unknown: a factor exp(-falloff d^2), d being the distance from
-        the picture's middle, 1 in its corners; the same for all pictures.
-    camera_start
-        Exposure and falloff to start from (and to stay with, if not looked for); None: 1 and 0.
+        "shared" or "each": a falloff towards the corners is unknown (see `Lens`), the same for all
+        pictures or one for each: lamps, too, may shine less to the side. None: there is none.
+    lenses
+        Per picture: exposure and falloff to start from, and to stay with if they are not looked
+        for. None: 1 and 0.
     objective
         "grid": the averages of 16 x 16 cells; "average": those of whole pictures, as in the paper.
         In both, squared differences relative to the picture's mean, averaged over cells and
         channels and summed over pictures.
     paths
-        Paths per cell, rounded to twice a square.
+        Paths per cell, at most 131072: two independent halves, each best a power of two.
     rounds, evaluations
         At most so many times new paths are drawn, and SLSQP evaluates in between.
     max_depth
@@ -165,14 +181,14 @@ def fit(
     cells = GRIDS[_objective("objective", objective)]
     bsdfs = _start_bsdfs(scene_list)
     targets = _targets(scene_list, images, cells)
-    start = _Point(bsdfs, *(camera_start or (1.0, 0.0)))
-    camera = [p for p, wanted in ((EXPOSURE, exposure), (FALLOFF, falloff)) if wanted]
+    start = _Point(bsdfs, _start_lenses(lenses, len(scene_list)))
+    camera = lens_unknowns(exposure, _falloff("falloff", falloff), len(scene_list))
     optical = unknowns(free, tie=tie, bounds=bounds or {})
     problem = _Problem(
         scenes=scene_list,
         targets=targets,
         space=_Space(start, optical, camera),
-        strata=max(1, round((0.5 * _count("paths", paths)) ** 0.5)),
+        paths=max(1, _paths("paths", paths) // 2),
         max_depth=_count("max_depth", max_depth),
         threads=threads,
     )
@@ -188,7 +204,7 @@ class _Problem:
     scenes: Sequence[Scene]
     targets: Sequence[FloatArray]
     space: _Space
-    strata: int
+    paths: int
     max_depth: int
     threads: int | None
 
@@ -203,7 +219,7 @@ class _Problem:
                 _plycloth.CompiledTape(
                     compiled,
                     (columns, rows),
-                    self.strata,
+                    self.paths,
                     2 * (seed * len(self.scenes) + picture) + half,
                     self.max_depth,
                     self.threads,
@@ -213,21 +229,26 @@ class _Problem:
             tapes.append((first, second))
         return tapes
 
-    def cells(self, tape: _plycloth.CompiledTape, u: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def cells(
+        self, tape: _plycloth.CompiledTape, picture: int, u: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
         """Cell averages (rows x columns x 3) and their derivatives by `u` (last axis)."""
         space = self.space
         point = space.decode(u)
+        lens = point.lenses[picture]
         values, jacobian = tape.evaluate(point.bsdfs, self.threads)
-        gain, gain_by_falloff = lens_gain(values.shape[:2], point.exposure, point.falloff)
+        gain, gain_by_falloff = lens.gain(values.shape[:2])
         columns = [
             sum(jacobian[:, s, unknown.column] for s in unknown.sets) for unknown in space.optical
         ]
         optical = [np.reshape(column, values.shape) * gain for column in columns]
-        by_camera = {
-            EXPOSURE.name: values * gain / point.exposure,
-            FALLOFF.name: values * gain_by_falloff,
-        }
-        derivatives = np.stack(optical + [by_camera[p.name] for p in space.camera], axis=-1)
+        by_exposure, by_falloff = values * gain / lens.exposure, values * gain_by_falloff
+        camera = [
+            (by_exposure if unknown.parameter is EXPOSURE else by_falloff)
+            * (picture in unknown.pictures)
+            for unknown in space.camera
+        ]
+        derivatives = np.stack(optical + camera, axis=-1)
         return values * gain, derivatives * space.slopes(u)
 
     def residuals(self, tapes: Sequence[Tapes], u: FloatArray) -> tuple[Residuals, Residuals]:
@@ -235,8 +256,8 @@ class _Problem:
         halves = []
         for half in range(2):
             parts = []
-            for pair, target in zip(tapes, self.targets, strict=True):
-                values, derivatives = self.cells(pair[half], u)
+            for picture, (pair, target) in enumerate(zip(tapes, self.targets, strict=True)):
+                values, derivatives = self.cells(pair[half], picture, u)
                 # A photograph is saturated at 1: what is brighter looks the same.
                 seen = (values < 1.0) | (target < 1.0)
                 scale = 1.0 / (target.mean() * target.size**0.5)
@@ -326,13 +347,12 @@ def _result(
     point = problem.space.decode(u)
     tapes = problem.record(u, seed + len(steps) + 1)
     matches = [
-        Match(target, problem.cells(first, u)[0], problem.cells(second, u)[0])
-        for (first, second), target in zip(tapes, problem.targets, strict=True)
+        Match(target, *(problem.cells(tape, picture, u)[0] for tape in pair))
+        for picture, (pair, target) in enumerate(zip(tapes, problem.targets, strict=True))
     ]
     return FitResult(
         scenes=[with_bsdfs(scene, point.bsdfs) for scene in problem.scenes],
-        exposure=point.exposure,
-        falloff=point.falloff,
+        lenses=point.lenses,
         estimates=_estimates(problem, tapes, u),
         matches=matches,
         steps=steps,
@@ -354,20 +374,14 @@ def _estimates(problem: _Problem, tapes: Sequence[Tapes], u: FloatArray) -> list
     deviations = np.sqrt(((directions * spread[:, None]) ** 2).sum(0))
     in_weak = (directions[weak] ** 2).sum(0) > 0.1
     space = problem.space
-    labels, values, scales = space.labels, _values(space, u), space.slopes(u)
-    units = [u.parameter.unit for u in space.optical] + [p.unit for p in space.camera]
+    labels, values, scales = space.labels, space.values(space.decode(u)), space.slopes(u)
+    units = [parameter.unit for parameter in space.parameters]
     return [
         Estimate(label, value, unit, float(min(deviation, 1.0) * scale), not weak_here)
         for label, value, unit, deviation, scale, weak_here in zip(
             labels, values, units, deviations, scales, in_weak, strict=True
         )
     ]
-
-
-def _values(space: _Space, u: FloatArray) -> list[float]:
-    point = space.decode(u)
-    optical = [unknown.value(point.bsdfs) for unknown in space.optical]
-    return optical + [getattr(point, p.name) for p in space.camera]
 
 
 def with_bsdfs(scene: Scene, bsdfs: Sequence[PlyBsdf]) -> Scene:
@@ -393,6 +407,14 @@ def _start_bsdfs(scenes: Sequence[Scene]) -> list[PlyBsdf]:
     if not all(isinstance(bsdf, PlyBsdf) for bsdf in bsdfs):
         raise ParameterError("a fabric to be fitted must have a PlyBsdf on warp and weft")
     return [bsdf for bsdf in bsdfs if isinstance(bsdf, PlyBsdf)]
+
+
+def _start_lenses(lenses: Sequence[Lens] | None, pictures: int) -> list[Lens]:
+    if lenses is None:
+        return [Lens()] * pictures
+    if len(lenses) != pictures:
+        raise ParameterError(f"lenses must be one per scene: {pictures}, not {len(lenses)}")
+    return list(lenses)
 
 
 def _targets(scenes: Sequence[Scene], images: object, cells: int) -> list[FloatArray]:

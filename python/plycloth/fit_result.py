@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from plycloth import _plycloth
 from plycloth.bsdf import PlyBsdf
-from plycloth.cells import distance2, lens_gain
 from plycloth.fabric import Fabric
 from plycloth.image import Image
+from plycloth.lens import Lens
 from plycloth.scene import Scene
 
 if TYPE_CHECKING:
@@ -108,8 +108,8 @@ class FitResult:
     ----------
     scenes
         The scenes with the fitted fabric in them.
-    exposure, falloff
-        The camera's unknowns; 1 and 0 if they were not looked for.
+    lenses
+        Per picture: the camera's exposure and falloff; 1 and 0 if they were not looked for.
     estimates
         Each unknown with its value, unit and uncertainty.
     matches
@@ -123,8 +123,7 @@ class FitResult:
     """
 
     scenes: Sequence[Scene]
-    exposure: float
-    falloff: float
+    lenses: Sequence[Lens]
     estimates: Sequence[Estimate]
     matches: Sequence[Match]
     steps: Sequence[Step]
@@ -175,27 +174,29 @@ class FitResult:
         """The relative error of each picture."""
         return [match.error for match in self.matches]
 
-    def develop(self, image: Image) -> Image:
-        """Apply the fitted exposure and falloff to a rendered picture."""
-        d2 = distance2(*image.pixels.shape[:2])
-        gain = self.exposure * np.exp(-self.falloff * d2)[..., None]
-        return Image((image.pixels * gain).astype(np.float32))
+    def develop(self, image: Image, picture: int = 0) -> Image:
+        """Apply exposure and falloff, as fitted for a picture, to a render."""
+        return self.lenses[picture].develop(image)
 
     def predict(
         self,
         scene: Scene,
         cells: int,
         *,
-        paths: int = 100,
+        picture: int = 0,
+        paths: int = 128,
         seed: int = 0,
         max_depth: int = 8,
         threads: int | None = None,
     ) -> FloatArray:
-        """Return the cell averages, cells x cells x 3, that the fit predicts for a scene."""
-        compiled, strata = _plycloth.CompiledScene(scene), max(1, round(paths**0.5))
-        tape = _plycloth.CompiledTape(compiled, (cells, cells), strata, seed, max_depth, threads)
+        """Return the cell averages, cells x cells x 3, that the fit predicts for a scene.
+
+        Exposure and falloff are those fitted for the given picture.
+        """
+        compiled = _plycloth.CompiledScene(scene)
+        tape = _plycloth.CompiledTape(compiled, (cells, cells), paths, seed, max_depth, threads)
         values, _ = tape.evaluate(self.bsdfs, threads)
-        return values * lens_gain((cells, cells), self.exposure, self.falloff)[0]
+        return values * self.lenses[picture].gain((cells, cells))[0]
 
     def plot(self) -> "Figure":
         """Draw each target beside its fit, and the objective from round to round."""

@@ -18,6 +18,7 @@ from plycloth.fabric import Fabric
 from plycloth.fit import fit
 from plycloth.fit_result import FitResult
 from plycloth.image import Image, read_image
+from plycloth.lens import Lens, matching_blur
 from plycloth.photo_geometry import YARNS, Geometry, weaves
 from plycloth.progress import Progress, reporting
 from plycloth.render import render
@@ -53,7 +54,9 @@ SKETCH = Effort(64, 4, 10)
 DRAWING = Effort(144, 3, 12)
 PAINTING = Effort(576, 8, 15)
 FINALISTS = 2
-CALIBRATION_PATHS = 100
+CALIBRATION_PATHS = 128
+# Samples per pixel of the pictures that the blur is read off.
+BLUR_SPP = 8
 # Factors on a yarn's cover that are tried on the best geometry.
 COVER_FACTORS = (0.6, 1.25)
 LARGEST_COVER = 1.2
@@ -75,22 +78,22 @@ class Placement:
     lamp_offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     # Steps and limits of the search: degrees, and the rig's units.
-    STEPS: ClassVar = (2.0, 0.5, 0.5)
-    LIMITS: ClassVar = (8.0, 1.5, 1.5)
+    STEPS: ClassVar = (2.0, 0.5, 0.5, 0.5)
+    LIMITS: ClassVar = (8.0, 1.5, 1.5, 1.5)
     FINEST: ClassVar = 0.25
 
     @property
     def numbers(self) -> FloatArray:
-        """What is searched: rotation, and the lamp's offset along x and y."""
-        return np.array([self.rotation, *self.lamp_offset[:2]])
+        """What is searched: rotation, and the lamp's offset along x, y and z."""
+        return np.array([self.rotation, *self.lamp_offset])
 
     @classmethod
     def of(cls, numbers: FloatArray) -> "Placement":
         """Undo `numbers`, within the limits."""
-        rotation, x, y = (
+        rotation, x, y, z = (
             float(np.clip(n, -limit, limit)) for n, limit in zip(numbers, cls.LIMITS, strict=True)
         )
-        return cls(rotation, (x, y, 0.0))
+        return cls(rotation, (x, y, z))
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,6 +126,8 @@ class PhotoFit:
         The geometries that were tried, the best first.
     size
         Width and height of the photographs.
+    lenses
+        By side, exposure, falloff and blur; of a side that was not fitted: as of the other.
     """
 
     geometry: Geometry
@@ -130,6 +135,7 @@ class PhotoFit:
     result: FitResult
     candidates: Sequence[Candidate]
     size: tuple[int, int]
+    lenses: dict[str, Lens]
 
     @property
     def fabric(self) -> Fabric:
@@ -149,7 +155,7 @@ class PhotoFit:
         threads: int | None = None,
         progress: Progress = None,
     ) -> Image:
-        """Render what the photograph shows, with exposure and falloff, in linear light."""
+        """Render what the photograph shows, with all that the lens does, in linear light."""
         image = render(
             self.scene(side),
             spp=spp,
@@ -158,7 +164,7 @@ class PhotoFit:
             threads=threads,
             progress=progress,
         )
-        return self.result.develop(image)
+        return self.lenses[side].develop(image)
 
     def pictures(self, **options: object) -> dict[str, Image]:
         """Render both sides; `options` are those of `picture`."""
@@ -170,8 +176,7 @@ class PhotoFit:
             "geometry": str(self.geometry),
             "placements": {side: asdict(p) for side, p in self.placements.items()},
             "errors": self.result.errors,
-            "exposure": self.result.exposure,
-            "falloff": self.result.falloff,
+            "lenses": {side: asdict(lens) for side, lens in self.lenses.items()},
             "parameters": [asdict(e) for e in self.result.estimates],
             "candidates": [
                 {"geometry": str(c.geometry), "errors": list(c.errors)} for c in self.candidates
@@ -199,10 +204,10 @@ def fit_photographs(
 ) -> PhotoFit:
     """Find a fabric that looks like photographs taken on the rig (`photo_rig`).
 
-    The optical parameters, one exposure and the lens's falloff are fitted by `fit`. What else the
-    photographs leave open is searched: first geometries by short fits, then, for the best, how
-    wide the yarns are and how cloth and lamps were placed, in turns with longer fits. It takes
-    about three minutes on two cores.
+    The optical parameters, one exposure and each picture's falloff are fitted by `fit`. What else
+    the photographs leave open is searched: first geometries by short fits, then, for the best, how
+    wide the yarns are and how cloth and lamps were placed, in turns with longer fits. At last the
+    lens's blur is read off the photographs' grain. It takes about three minutes on two cores.
 
     Parameters
     ----------
@@ -307,13 +312,26 @@ class _Search:
             result = self._fit(geometry, result, placements, PAINTING)
             self._advance(report)
         height, width = next(iter(self.images.values())).shape[:2]
-        return PhotoFit(
+        lenses = dict(zip(self.images, result.lenses, strict=True))
+        sharp = PhotoFit(
             geometry=geometry,
             placements={"front": Placement(), "back": Placement(), **placements},
             result=result,
             candidates=self._candidates(),
             size=(width, height),
+            lenses=dict.fromkeys(("front", "back"), result.lenses[0]) | lenses,
         )
+        blur = self._blur(sharp)
+        lenses = {side: replace(lens, blur=blur) for side, lens in sharp.lenses.items()}
+        return replace(sharp, lenses=lenses)
+
+    def _blur(self, sharp: PhotoFit) -> float:
+        """Find how much the lens blurs, by the photographs and sharp pictures of the same."""
+        rendered = [
+            sharp.picture(side, spp=BLUR_SPP, threads=self.threads, progress=False)
+            for side in self.images
+        ]
+        return matching_blur(rendered, list(self.images.values()))
 
     def _try(
         self,
@@ -369,15 +387,14 @@ class _Search:
         color = np.mean([image.mean((0, 1)) for image in self.images.values()], axis=0)
         fabric = geometry.fabric(geometry.start(color) if before is None else before.bsdfs)
         scenes = [_scene(fabric, side, placements[side], (512, 512)) for side in self.images]
-        camera = None if before is None else (before.exposure, before.falloff)
         return fit(
             scenes,
             list(self.images.values()),
             bounds=geometry.bounds(),
             tie=self.tie,
             exposure=True,
-            falloff=True,
-            camera_start=camera,
+            falloff="each",
+            lenses=None if before is None else before.lenses,
             seed=self.seed,
             threads=self.threads,
             progress=False,
@@ -395,12 +412,17 @@ class _Search:
 
     def _search_placement(self, result: FitResult, side: str, start: Placement) -> Placement:
         """Compass search: a step along each axis in turn, halved when none is better."""
-        target = cell_averages(self.images[side], CELLS)
+        target, picture = cell_averages(self.images[side], CELLS), list(self.images).index(side)
 
         def error(placement: Placement) -> float:
             scene = _scene(result.fabric, side, placement, (512, 512))
             cells = result.predict(
-                scene, CELLS, paths=CALIBRATION_PATHS, seed=self.seed, threads=self.threads
+                scene,
+                CELLS,
+                picture=picture,
+                paths=CALIBRATION_PATHS,
+                seed=self.seed,
+                threads=self.threads,
             )
             return float(((np.minimum(cells, 1.0) - target) ** 2).mean())
 

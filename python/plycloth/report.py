@@ -90,13 +90,12 @@ def fit_record(
     """Return what a fit found as values that JSON can hold.
 
     Its keys: "parameters" (label, value, unit, uncertainty, identifiable and, where it is known,
-    the hidden value of each), "exposure", "falloff", "errors" (relative, by picture), "objective"
+    the hidden value of each), "lenses" and relative "errors" by picture, "objective"
     (from round to round), "evaluations" and "message".
     """
     return {
         "parameters": [_parameter(estimate, hidden or {}) for estimate in result.estimates],
-        "exposure": result.exposure,
-        "falloff": result.falloff,
+        "lenses": {name: asdict(lens) for name, lens in zip(names, result.lenses, strict=True)},
         "errors": dict(zip(names, result.errors, strict=True)),
         "objective": _objective(result),
         "evaluations": result.evaluations,
@@ -125,7 +124,8 @@ def add_fit(
     )
     page.heading("Parameters")
     page.table(*_parameter_table(result, hidden or {}))
-    page.text(f"Exposure {result.exposure:.4g}, falloff of the lens {result.falloff:.4g}.")
+    for comparison, lens in zip(comparisons, result.lenses, strict=True):
+        page.text(f"{comparison.name}: {lens}.")
     page.heading("Convergence")
     page.plot("The objective from round to round.", _convergence(result))
     page.text(f"{result.nit} rounds, {result.evaluations} evaluations; {result.message}.")

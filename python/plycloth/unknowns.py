@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from plycloth._check import ParameterError, known_name
 from plycloth.bsdf import PlyBsdf
+from plycloth.lens import Lens
 
 FloatArray = NDArray[np.float64]
 
@@ -65,6 +66,7 @@ OPTICAL = (
 )
 EXPOSURE = Parameter("exposure", 0.02, 50.0, logarithmic=True)
 FALLOFF = Parameter("falloff", 0.0, 3.0)
+FALLOFFS = ("shared", "each")
 
 NAMES = tuple(parameter.name for parameter in OPTICAL)
 _FIRST = dict(zip(NAMES, np.cumsum([0] + [len(p.parts) for p in OPTICAL[:-1]]), strict=True))
@@ -94,6 +96,47 @@ class Unknown:
         """Return the number in the (first) BSDF that it stands for."""
         field = getattr(bsdfs[self.sets[0]], self.parameter.name)
         return float(np.ravel(field)[self.part])
+
+
+@dataclass(frozen=True)
+class LensUnknown:
+    """One number of the camera that is looked for, and the pictures that it is for."""
+
+    parameter: Parameter
+    pictures: tuple[int, ...]
+    of_all: bool
+
+    @property
+    def label(self) -> str:
+        """For example "exposure", or "falloff.2" of the second picture alone."""
+        return self.parameter.name if self.of_all else f"falloff.{self.pictures[0] + 1}"
+
+    def value(self, lenses: Sequence[Lens]) -> float:
+        """Return the number in the (first) lens that it stands for."""
+        return float(getattr(lenses[self.pictures[0]], self.parameter.name))
+
+
+def lens_unknowns(exposure: bool, falloff: str | None, pictures: int) -> list[LensUnknown]:
+    """List the camera's unknowns: one exposure, and a falloff that pictures share or not."""
+    every = tuple(range(pictures))
+    found = [LensUnknown(EXPOSURE, every, of_all=True)] if exposure else []
+    if falloff == "shared":
+        found.append(LensUnknown(FALLOFF, every, of_all=True))
+    elif falloff == "each":
+        found += [LensUnknown(FALLOFF, (picture,), of_all=False) for picture in every]
+    return found
+
+
+def with_lens_values(
+    lenses: Sequence[Lens], where: Sequence[LensUnknown], values: Sequence[float]
+) -> list[Lens]:
+    """Return the lenses with the unknowns set to `values`."""
+    changed = list(lenses)
+    for unknown, value in zip(where, values, strict=True):
+        for picture in unknown.pictures:
+            change: dict[str, float] = {unknown.parameter.name: value}
+            changed[picture] = replace(changed[picture], **change)
+    return changed
 
 
 def unknowns(

@@ -10,6 +10,7 @@ use super::gate;
 use crate::cloth::swatch::Swatch;
 use crate::error::{Error, Result};
 use crate::math::color::Rgb;
+use crate::math::rng::Sampler;
 use crate::render::driver::{Film, Pixel};
 use crate::render::light::Lights;
 use crate::render::path::PathLimits;
@@ -129,14 +130,18 @@ impl CompiledTape {
     #[classattr]
     const PARAMETERS: usize = parameter::COUNT;
 
+    /// The most paths per cell.
+    #[classattr]
+    const MAX_PATHS: u32 = Sampler::MAX_LOW_DISCREPANCY;
+
     #[new]
-    #[pyo3(signature = (scene, grid, strata, seed, max_depth, threads=None, progress=None))]
+    #[pyo3(signature = (scene, grid, paths, seed, max_depth, threads=None, progress=None))]
     #[expect(clippy::too_many_arguments, reason = "keyword arguments of a Python constructor")]
     fn new(
         py: Python<'_>,
         scene: &CompiledScene,
         grid: [usize; 2],
-        strata: usize,
+        paths: u32,
         seed: u64,
         max_depth: u32,
         threads: Option<usize>,
@@ -144,7 +149,7 @@ impl CompiledTape {
     ) -> PyResult<Self> {
         let (scene, limits) = (&scene.0, limits(max_depth, true));
         let tape = gate::run(py, progress, |control| {
-            on_threads(threads, || Tape::record(scene, grid, strata, seed, limits, control))
+            on_threads(threads, || Tape::record(scene, grid, paths, seed, limits, control))
         })?;
         Ok(Self(tape))
     }

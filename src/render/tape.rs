@@ -107,7 +107,7 @@ pub struct Tape {
     /// Columns and rows of cells.
     pub grid: [usize; 2],
     materials: usize,
-    paths: usize,
+    paths: u32,
     strips: Vec<Strip>,
 }
 
@@ -121,12 +121,13 @@ pub struct Averages {
 }
 
 impl Tape {
-    /// Draws `strata`^2 paths through each of the cells that `grid` divides the picture into; every
-    /// material of the scene must be a ply.
+    /// Draws `paths` paths through each of the cells that `grid` divides the picture into, at most
+    /// [`Sampler::MAX_LOW_DISCREPANCY`] and best a power of two; every material of the scene must be
+    /// a ply.
     pub fn record(
         scene: &Scene,
         grid: [usize; 2],
-        strata: usize,
+        paths: u32,
         seed: u64,
         limits: PathLimits,
         control: &Control,
@@ -134,16 +135,20 @@ impl Tape {
         if scene.materials.list.iter().any(|m| !matches!(m, Material::Ply(_))) {
             return Err(Error::invalid("scene", "has a yarn whose BSDF is not a PlyBsdf"));
         }
+        if paths == 0 || paths > Sampler::MAX_LOW_DISCREPANCY {
+            let problem = format!("must be 1 to {}, not {paths}", Sampler::MAX_LOW_DISCREPANCY);
+            return Err(Error::invalid("paths", problem));
+        }
         let strips = (0..grid[0] * grid[1])
             .into_par_iter()
             .map(|cell| {
                 control.check()?;
-                let strip = record_cell(scene, grid, cell, strata, seed, limits);
+                let strip = record_cell(scene, grid, cell, paths, seed, limits);
                 control.advance(1);
                 Ok(strip)
             })
             .collect::<Result<_>>()?;
-        Ok(Self { grid, materials: scene.materials.list.len(), paths: strata * strata, strips })
+        Ok(Self { grid, materials: scene.materials.list.len(), paths, strips })
     }
 
     /// The cell averages for the given parameters of each material, and their derivatives.
@@ -160,7 +165,7 @@ impl Tape {
             .par_iter()
             .map(|strip| {
                 control.check()?;
-                let sums = Sums::over(strip, &models, 1.0 / self.paths as f64);
+                let sums = Sums::over(strip, &models, 1.0 / f64::from(self.paths));
                 control.advance(1);
                 Ok(sums)
             })
@@ -186,7 +191,7 @@ fn record_cell(
     scene: &Scene,
     grid: [usize; 2],
     cell: usize,
-    strata: usize,
+    paths: u32,
     seed: u64,
     limits: PathLimits,
 ) -> Strip {
@@ -194,14 +199,10 @@ fn record_cell(
     let [width, height] = scene.camera.resolution;
     let size = [width as f64 / grid[0] as f64, height as f64 / grid[1] as f64];
     let corner = [cell % grid[0], cell / grid[0]];
-    for path in 0..strata * strata {
-        let mut sampler = Sampler::new(seed, cell as u64, path as u64);
-        let jitter = sampler.next_2d();
-        let stratum = [path % strata, path / strata];
-        let [x, y] = [0, 1].map(|axis| {
-            let within = (stratum[axis] as f64 + jitter[axis]) / strata as f64;
-            (corner[axis] as f64 + within) * size[axis]
-        });
+    for path in 0..paths {
+        let mut sampler = Sampler::low_discrepancy(seed, cell as u64, path);
+        let within = sampler.next_2d();
+        let [x, y] = [0, 1].map(|axis| (corner[axis] as f64 + within[axis]) * size[axis]);
         strip.events.push(Event::Start);
         radiance(scene, scene.camera.ray(x, y), limits, sampler, &mut strip);
     }
