@@ -47,6 +47,50 @@ fn averages_at_the_recorded_parameters_are_those_of_the_path_tracer() {
     }
 }
 
+/// Mean over the picture, and its standard error, by tapes of independent paths.
+fn replayed(scene: &Scene, at: PlyParameters) -> (Rgb, Rgb) {
+    let tapes = 12;
+    let (mut sum, mut squares) = (Rgb::ZERO, Rgb::ZERO);
+    for seed in 0..tapes {
+        let tape = Tape::record(scene, [2, 2], 2048, seed, LIMITS, &Control::default()).unwrap();
+        let averages = tape.evaluate(&[at], &Control::default()).unwrap();
+        let mean: Rgb = averages.values.chunks(3).map(Rgb::from_slice).sum::<Rgb>() / 4.0;
+        sum += mean;
+        squares += mean * mean;
+    }
+    let n = tapes as f64;
+    let mean = sum / n;
+    (mean, ((squares / n - mean * mean).max(Rgb::ZERO) / (n - 1.0)).map(f64::sqrt))
+}
+
+/// Away from the recorded parameters no factor of a path's weight is one: each has to be right.
+#[test]
+fn averages_at_other_parameters_are_those_of_the_path_tracer_there() {
+    for body in [BodyKind::Conserving, BodyKind::Printed] {
+        for shape in [round(2), flat()] {
+            for factor in [0.88, 1.1] {
+                let recorded = PlyParameters { body, ..parameters() };
+                let mut there = recorded;
+                for index in 0..parameter::COUNT {
+                    let factor = if index % 2 == 0 { factor } else { 1.0 / factor };
+                    set(&mut there, index, (get(&recorded, index) * factor).min(1.0));
+                }
+                there.extinction = recorded.extinction * factor;
+                // A larger index bends light further than any path of a smaller one.
+                there.eta = 0.95 * recorded.eta;
+                let (mean, error) = replayed(&lit(shape, recorded), there);
+                let (expected, noise) = mean_radiance(&lit(shape, there), 64, LIMITS.max_depth);
+                let z = ((mean - expected) / (error * error + noise * noise).map(f64::sqrt)).abs();
+                assert!(
+                    z.max_element() < 4.5,
+                    "{body:?} {shape:?} {factor}: {mean} {expected} {z}"
+                );
+                assert!(error.max_element() < 0.02 * mean.max_element(), "{mean} {error}");
+            }
+        }
+    }
+}
+
 fn set(parameters: &mut PlyParameters, index: usize, value: f64) {
     use parameter::*;
     let p = parameters;

@@ -57,17 +57,17 @@ def test_every_module_has_a_floor():
 
 @pytest.mark.parametrize("source", SOURCES)
 def test_floors_import_only_downwards(source):
-    assert violations(source, (SRC / source).read_text()) == set()
+    assert violations(source, (SRC / source).read_text(encoding="utf-8")) == set()
 
 
 @pytest.mark.parametrize("source", [s for s in SOURCES if not s.startswith("python/")])
 def test_only_the_bindings_name_python(source):
-    assert not re.search(r"\b(pyo3|numpy)\b", (SRC / source).read_text())
+    assert not re.search(r"\b(pyo3|numpy)\b", (SRC / source).read_text(encoding="utf-8"))
 
 
 @pytest.mark.parametrize("source", [s for s in SOURCES if s != "accel/bvh.rs"])
 def test_only_one_file_names_obvhs(source):
-    assert "obvhs" not in (SRC / source).read_text()
+    assert "obvhs" not in (SRC / source).read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize(

@@ -88,9 +88,9 @@ def test_render_says_what_it_did(draft, tmp_path, capsys):
 
 
 def test_what_is_odd_about_a_draft_is_a_line(draft, tmp_path, capsys):
-    text = draft.read_text().replace("Thickness=", "Thickness=0 ;")
+    text = draft.read_text(encoding="utf-8").replace("Thickness=", "Thickness=0 ;")
     lines = [line for line in text.splitlines() if not line.startswith("Thickness")]
-    draft.write_text("\n".join(lines))
+    draft.write_text("\n".join(lines), encoding="utf-8")
     assert render(draft, tmp_path / "out.png") == 0
     warning, *_ = capsys.readouterr().err.splitlines()
     assert warning.startswith("plycloth: warning: ")
@@ -102,11 +102,13 @@ def test_fit_leaves_json_pictures_and_page(photographs, fits, tmp_path, capsys):
     assert main(["fit", *map(str, photographs), "-o", str(folder), "--seed", "5"]) == 0
     (front, _, options), = fits  # fmt: skip
     assert front.pixels[0, 0, 0] == pytest.approx(0.25, abs=0.005)
-    assert options == {"seed": 5, "progress": None}
+    assert options == {"seed": 5, "progress": None, "rig": pc.PhotoRig()}
     assert {path.name for path in folder.iterdir()} == {
         "fit.json", "fabric.json", "front.png", "back.png", "index.html"
     }  # fmt: skip
-    assert json.loads((folder / "fit.json").read_text())["candidates"][0]["errors"] == [0.1, 0.2]
+    assert json.loads((folder / "fit.json").read_text(encoding="utf-8"))["candidates"][0][
+        "errors"
+    ] == [0.1, 0.2]
     # 8 bit, encoded as light ** (1 / 2.2), in the photographs' size.
     picture = pc.read_image(folder / "front.png", gamma=2.2)
     assert picture.pixels.shape == (12, 12, 3)
@@ -116,15 +118,44 @@ def test_fit_leaves_json_pictures_and_page(photographs, fits, tmp_path, capsys):
 
 
 def test_fit_hands_on_what_is_chosen(photographs, fits, draft, tmp_path):
+    rig = pc.PhotoRig(camera_height=300.0, back_lamp=(0, 0, -250), gamma=1.0)
+    pc.save(rig, tmp_path / "rig.json")
     options = ["--tie", "--draft", str(draft), "--threads", "1", "--quiet"]
+    options += ["--rig", str(tmp_path / "rig.json")]
     assert main(["fit", *map(str, photographs), "-o", str(tmp_path / "out"), *options]) == 0
     assert fits[0][2] == {
         "seed": 0,
         "tie": True,
         "threads": 1,
         "pattern": pc.WeavePattern.twill(2, 2),
+        "rig": rig,
         "progress": False,
     }
+    # Decoded, and encoded again, by the gamma of that rig.
+    assert fits[0][0].pixels[0, 0, 0] == pytest.approx(0.25 ** (1 / 2.2), abs=0.005)
+    written = pc.read_image(tmp_path / "out" / "front.png", gamma=1.0)
+    assert written.pixels[0, 0, 0] == pytest.approx(0.5, abs=0.005)
+
+
+def test_photographs_are_never_replaced(photographs, fits, tmp_path, capsys):
+    front = photographs[0].rename(tmp_path / "front.png")
+    before = front.read_bytes()
+    assert main(["fit", str(front), str(photographs[1]), "-o", str(tmp_path)]) == 2
+    assert "front.png there is a photograph to fit" in capsys.readouterr().err
+    assert front.read_bytes() == before
+    assert not fits
+
+
+def test_saved_fabrics_and_scenes_render(draft, tmp_path):
+    fabric = pc.Fabric.from_draft(pc.read_wif(draft))
+    fabric.save(tmp_path / "fabric.json")
+    assert render(tmp_path / "fabric.json", tmp_path / "fabric.exr") == 0
+    assert render(draft, tmp_path / "draft.exr") == 0
+    pictures = [pc.read_image(tmp_path / f"{name}.exr") for name in ("fabric", "draft")]
+    assert pictures[0] == pictures[1]
+    pc.save(pc.overview(fabric, width=6), tmp_path / "scene.json")
+    assert render(tmp_path / "scene.json", tmp_path / "scene.exr") == 0
+    assert pc.read_image(tmp_path / "scene.exr").pixels.shape == (3, 6, 3)
 
 
 BROKEN = "[WIF]\nVersion=1.1\n[WEAVING]\nShafts=two\n"
@@ -149,7 +180,7 @@ RENDERS = [
 @pytest.mark.parametrize(("arguments", "message"), RENDERS, ids=lambda value: str(value)[:50])
 def test_bad_input_of_render_is_one_line(arguments, message, draft, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "broken.wif").write_text(BROKEN)
+    (tmp_path / "broken.wif").write_text(BROKEN, encoding="utf-8")
     assert main(["render", *arguments]) == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert line.startswith("plycloth: error: ")
@@ -171,7 +202,7 @@ def test_bad_input_of_fit_is_one_line(
     arguments, message, photographs, draft, fits, tmp_path, monkeypatch, capsys
 ):
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "text.png").write_text("no picture")
+    (tmp_path / "text.png").write_text("no picture", encoding="utf-8")
     assert main(["fit", *arguments]) == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert line.startswith("plycloth: error: ")

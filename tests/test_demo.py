@@ -29,11 +29,11 @@ def test_without_data_it_recovers_what_it_made_up(tmp_path, monkeypatch, capsys)
     said = capsys.readouterr().out
     assert "PLYCLOTH_DATA is not set" in said
     assert "14 hidden parameters recovered" in said
-    parameters = json.loads((tmp_path / "fit.json").read_text())["parameters"]
+    parameters = json.loads((tmp_path / "fit.json").read_text(encoding="utf-8"))["parameters"]
     assert len(parameters) == 14
     assert parameters[0]["label"] == "warp.base_color.red"
     assert parameters[0]["hidden"] == 0.75
-    assert "hidden value" in (tmp_path / "index.html").read_text()
+    assert "hidden value" in (tmp_path / "index.html").read_text(encoding="utf-8")
 
 
 def test_with_data_it_fits_photographs(tmp_path, monkeypatch, capsys):

@@ -159,8 +159,15 @@ FRONT = ("front",)
         ({"bounds": {"eta": (2.0, 1.5)}}, "low < high"),
         ({"bounds": {"roughness": (0.0, 1.0)}}, "bounds of roughness"),
         ({"bounds": {"shine": (0.0, 1.0)}}, "bounded parameter"),
+        ({"bounds": {"eta": (0.5, 1.5)}}, r"PlyBsdf.eta must be in \[1.01, 3\], not 0.5"),
+        ({"bounds": {"eta": (1.2, np.nan)}}, r"bounds of eta\[1\] must be finite"),
+        ({"falloff": "both"}, "falloff"),
+        ({"lenses": [Lens(), Lens()]}, "lenses must be one per scene: 1, not 2"),
+        ({"threads": 0}, "threads"),
         ({"objective": "mean"}, "objective"),
         ({"paths": 0}, "paths"),
+        ({"cells": 0}, "cells"),
+        ({"cells": 33}, "at least 33 rows"),
         ({"rounds": 0}, "rounds"),
         ({"images": np.ones((32, 32))}, r"H x W x 3"),
         ({"images": np.ones((8, 8, 3))}, "at least 16 rows"),
@@ -174,6 +181,26 @@ FRONT = ("front",)
 def test_bad_input_is_named(changes, message):
     given = {"scenes": scenes(HIDDEN, FRONT), "images": [np.ones((32, 32, 3))], "progress": False}
     with pytest.raises(pc.ParameterError, match=message):
+        pc.fit(**(given | changes))
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"scenes": "front"}, "scenes must be a Scene or a list"),
+        ({"scenes": [1]}, "scenes must be a Scene or a list"),
+        ({"images": ["front.png"]}, r"images\[0\] must be an Image or an array"),
+        ({"free": "eta"}, "free must be a list of names"),
+        ({"free": [1]}, "free must be a list of names"),
+        ({"bounds": [("eta", 1)]}, "bounds must be a dict"),
+        ({"bounds": {"eta": 1.5}}, "bounds of eta must be 2 numbers"),
+        ({"lenses": [(1.0, 0.0)]}, "lenses must be a list of Lens"),
+        ({"threads": "all"}, "threads must be an integer"),
+    ],
+)
+def test_input_of_the_wrong_kind_is_named(changes, message):
+    given = {"scenes": scenes(HIDDEN, FRONT), "images": [np.ones((32, 32, 3))], "progress": False}
+    with pytest.raises(TypeError, match=message):
         pc.fit(**(given | changes))
 
 

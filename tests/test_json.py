@@ -44,12 +44,12 @@ def test_odd_floats_keep_every_bit(tmp_path):
 def test_the_file_is_readable(tmp_path):
     file = tmp_path / "fabric.json"
     plain_fabric(pattern=TALL, warp_colors=np.full((3, 3), 0.5)).save(file)
-    lines = [line.strip() for line in file.read_text().splitlines()]
+    lines = [line.strip() for line in file.read_text(encoding="utf-8").splitlines()]
     rows = lines.index('"rows": [')
     assert lines[rows + 1 : rows + 5] == ['"#.#",', '".#.",', '"#.#",', '".#."']
     assert lines.count("[0.5, 0.5, 0.5],") == 2
     assert '"base_color": [0.5, 0.5, 0.5],' in lines
-    document = json.loads(file.read_text())
+    document = json.loads(file.read_text(encoding="utf-8"))
     assert (document["plycloth"], document["type"]) == (1, "Fabric")
 
 
@@ -77,7 +77,9 @@ def sky(tmp_path):
 
 def test_an_image_below_the_file_is_named_relative_to_it(sky, tmp_path):
     pc.save(sky, tmp_path / "sky.json")
-    assert json.loads((tmp_path / "sky.json").read_text())["image"] == {"file": "images/sky.png"}
+    assert json.loads((tmp_path / "sky.json").read_text(encoding="utf-8"))["image"] == {
+        "file": "images/sky.png"
+    }
     moved = tmp_path.rename(tmp_path.with_name("moved"))
     assert pc.load(moved / "sky.json") == sky
 

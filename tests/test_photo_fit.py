@@ -5,10 +5,12 @@ import json
 import numpy as np
 import plycloth as pc
 import pytest
-from plycloth import photo_fit
+from plycloth import photo_search
 from plycloth.cells import cell_averages
-from plycloth.photo_fit import Effort, Placement, guess_geometries
+from plycloth.photo_fit import guess_geometries
 from plycloth.photo_geometry import weaves
+from plycloth.photo_placement import Placement, find_placement
+from plycloth.photo_search import Effort
 
 SATIN = pc.Geometry(
     "5-end satin",
@@ -46,6 +48,19 @@ def test_the_front_lamp_lights_the_upper_half_and_moves():
     assert moved[16:].mean() > 1.1 * moved[:16].mean()
 
 
+def test_another_rig_has_other_places():
+    rig = pc.PhotoRig(camera_height=300, field_of_view=20, front_lamp=(0, 100, 400), intensity=1e5)
+    scene = pc.photo_rig(SATIN.fabric((SHINY, SHINY)), "front", rig=rig, resolution=(30, 40))
+    assert scene.camera.origin == (0, 0, 300)
+    assert scene.lights[0].position == (0, 100, 400)
+    # A picture taller than wide is filled as well.
+    assert scene.swatch.extent_mm[0] >= rig.picture_width * 40 / 30
+    with pytest.raises(pc.ParameterError, match=r"front_lamp must have z > 0, not -1"):
+        pc.PhotoRig(front_lamp=(0, 0, -1))
+    with pytest.raises(pc.ParameterError, match=r"back_lamp must have z < 0, not 2"):
+        pc.PhotoRig(back_lamp=(0, 0, 2))
+
+
 def test_unknown_lamps_are_named():
     with pytest.raises(pc.ParameterError, match="nearest is 'front'"):
         pc.photo_rig(SATIN.fabric((SHINY, SHINY)), "fronts")
@@ -68,12 +83,32 @@ def test_guesses_follow_a_known_weave_and_the_pitch():
     assert guesses[0].warp_spacing_mm / guesses[0].weft_spacing_mm == pytest.approx(5 / 4, rel=0.03)
 
 
+def test_a_placement_is_found_where_the_residuals_vanish():
+    """Residuals that are a smooth function of where things are: five numbers for four unknowns."""
+    hidden = Placement(2.5, (0.4, -0.7, 0.9))
+
+    def numbers(placement):
+        return np.array([placement.rotation / 5.0, *placement.lamp_offset])
+
+    mixing = np.random.default_rng(6).standard_normal((5, 4))
+
+    def residuals(placement):
+        return np.sin(0.3 * mixing @ (numbers(placement) - numbers(hidden)))
+
+    found = find_placement(Placement(), 8.0, residuals)
+    assert np.abs(residuals(found)).max() < 0.1 * np.abs(residuals(Placement())).max()
+    assert numbers(found) == pytest.approx(numbers(hidden), abs=0.1)
+
+
+def test_placements_stay_within_their_limits():
+    far = find_placement(Placement(), 8.0, lambda p: np.array([p.lamp_offset[0] - 100.0]))
+    assert far.lamp_offset[0] == pytest.approx(1.5)
+    assert far.rotation == 0.0
+
+
 def test_a_small_search_from_end_to_end(monkeypatch):
     for name in ("SKETCH", "DRAWING", "PAINTING"):
-        monkeypatch.setattr(photo_fit, name, Effort(8, 2, 4))
-    monkeypatch.setattr(photo_fit, "CALIBRATION_PATHS", 4)
-    monkeypatch.setattr(photo_fit, "COVER_FACTORS", ())
-    monkeypatch.setattr(Placement, "FINEST", 1.0)
+        monkeypatch.setattr(photo_search, name, Effort(cells=8, paths=8, rounds=1, evaluations=3))
     seen = []
     found = pc.fit_photographs(
         picture("front"),
@@ -83,8 +118,15 @@ def test_a_small_search_from_end_to_end(monkeypatch):
     )
     assert seen[-1][0] == seen[-1][1]
     assert found.fabric.pattern == SATIN.pattern
+    # The geometry and each variation of its yarns, the best first.
+    scores = [candidate.score for candidate in found.candidates]
+    assert scores == sorted(scores)
+    assert len(scores) > 6
     assert len(found.result.errors) == 2
-    assert json.loads(json.dumps(found.summary()))["geometry"] == str(SATIN)
+    assert {side: lens.blur for side, lens in found.lenses.items()} == dict.fromkeys(
+        ("front", "back"), found.lenses["front"].blur
+    )
+    assert json.loads(json.dumps(found.summary()))["geometry"] == str(found.geometry)
     pictures = found.pictures(spp=1, progress=False)
     assert {side: image.pixels.shape for side, image in pictures.items()} == {
         "front": (32, 32, 3),
@@ -96,6 +138,10 @@ def test_bad_photographs_are_named(tmp_path):
     image = pc.Image(np.ones((32, 32, 3), np.float32))
     with pytest.raises(pc.ParameterError, match="must not both be None"):
         pc.fit_photographs(None, None)
+    with pytest.raises(TypeError, match="list of at least one Geometry"):
+        pc.fit_photographs(image, image, geometries=["satin"])
+    with pytest.raises(pc.ParameterError, match="threads"):
+        pc.fit_photographs(image, image, threads=-1)
     with pytest.raises(pc.ParameterError, match="the same size"):
         pc.fit_photographs(image, pc.Image(np.ones((32, 16, 3), np.float32)))
     with pytest.raises(FileNotFoundError):

@@ -5,8 +5,8 @@ from plycloth.plot import knot_positions, yarn_curve
 
 
 def test_knots_are_borders_and_middles_of_the_slots():
-    assert knot_positions(1.0, 2).tolist() == [0, 0.5, 1, 1.5, 2]
-    assert knot_positions([1.0, 3.0], 2).tolist() == [0, 0.5, 1, 2.5, 4]
+    assert knot_positions([1.0, 1.0]).tolist() == [0, 0.5, 1, 1.5, 2]
+    assert knot_positions([1.0, 3.0]).tolist() == [0, 0.5, 1, 2.5, 4]
 
 
 def test_curve_follows_a_cubic_exactly():
@@ -32,3 +32,12 @@ def test_a_relaxed_weave_draws_its_first_ends():
     assert relaxed._repr_png_().startswith(b"\x89PNG")
     with pytest.raises(ValueError, match="at least 1"):
         relaxed.plot(ends=0)
+
+
+def test_uneven_picks_are_drawn_where_they_lie():
+    relaxed = pc.relax(
+        pc.WeavePattern.plain(), warp_radius=0.3, weft_radius=0.3, weft_spacing=[0.5, 1.5]
+    )
+    curve, picks = relaxed.plot(ends=1).axes[0].lines
+    assert picks.get_xdata().tolist() == [0.25, 1.25]
+    assert curve.get_xdata()[-1] == 2.0

@@ -15,7 +15,9 @@ SMALL = pc.Draft.from_pattern(pc.WeavePattern.plain())
 
 
 def blocks(document, language):
-    return re.findall(rf"```{language}\n(.*?)```", (ROOT / document).read_text(), re.DOTALL)
+    return re.findall(
+        rf"```{language}\n(.*?)```", (ROOT / document).read_text(encoding="utf-8"), re.DOTALL
+    )
 
 
 @pytest.fixture
@@ -55,7 +57,7 @@ def test_the_guide_runs_from_top_to_bottom(quick):
 
 @pytest.mark.parametrize("document", DOCUMENTS)
 def test_links_lead_to_files(document):
-    links = re.findall(r"\]\(([^)#]+)\)", (ROOT / document).read_text())
+    links = re.findall(r"\]\(([^)#]+)\)", (ROOT / document).read_text(encoding="utf-8"))
     for link in links:
         assert ((ROOT / document).parent / link).exists(), link
 
@@ -68,7 +70,7 @@ def test_commands_are_ones_that_the_command_line_knows(document):
             cli._parser().parse_args(arguments)
         else:
             assert program == "make"
-            assert f"\n{arguments[0]}:" in (ROOT / "Makefile").read_text()
+            assert f"\n{arguments[0]}:" in (ROOT / "Makefile").read_text(encoding="utf-8")
 
 
 def test_the_picture_of_the_readme_is_that_of_its_command():
@@ -88,11 +90,11 @@ def test_the_picture_of_the_readme_is_that_of_its_command():
 
 
 def test_version_is_stated_once_and_cited():
-    assert f"\nversion: {pc.__version__}\n" in (ROOT / "CITATION.cff").read_text()
+    assert f"\nversion: {pc.__version__}\n" in (ROOT / "CITATION.cff").read_text(encoding="utf-8")
 
 
 def test_papers_are_cited_alike():
-    dois = set(re.findall(r"doi: (\S+)", (ROOT / "CITATION.cff").read_text()))
+    dois = set(re.findall(r"doi: (\S+)", (ROOT / "CITATION.cff").read_text(encoding="utf-8")))
     assert len(dois) == 2
-    bibliography = (ROOT / "docs" / "references.bib").read_text()
+    bibliography = (ROOT / "docs" / "references.bib").read_text(encoding="utf-8")
     assert all(f"{{{doi}}}" in bibliography for doi in dois)

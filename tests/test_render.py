@@ -1,5 +1,10 @@
 """Pictures: the same bits however they are made, stopped and gone on with, and their errors."""
 
+import itertools
+import multiprocessing
+import os
+import time
+
 import numpy as np
 import plycloth as pc
 import pytest
@@ -43,8 +48,41 @@ def test_an_interrupted_picture_is_gone_on_with():
         renderer.run(8, progress=stop)
     partial = renderer.image().pixels
     assert partial.any()
-    renderer.run(1, progress=False)
+    seen = []
+    renderer.run(1, progress=lambda done, total: seen.append((done, total)))
     assert same(renderer.image(), expected)
+    # What the first run left undone counts for the second.
+    assert seen[-1] == (seen[0][1], seen[0][1])
+    assert 1 * 300 * 200 < seen[0][1] < 9 * 300 * 200
+    assert all(a <= b for (a, _), (b, _) in itertools.pairwise(seen))
+
+
+def test_many_samples_of_one_pixel_are_stopped_within_a_second():
+    class InterruptionError(Exception):
+        pass
+
+    def stop(done, total):
+        raise InterruptionError
+
+    start = time.perf_counter()
+    with pytest.raises(InterruptionError):
+        pc.Renderer(scene(resolution=(1, 1))).run(2**31, progress=stop)
+    assert time.perf_counter() - start < 5.0
+
+
+@pytest.mark.filterwarnings("ignore:.*fork:DeprecationWarning")
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="there are no forks on this system")
+def test_a_forked_process_renders_as_well():
+    """No thread that the parent started is there in the child."""
+    pc.render(scene(), spp=1, progress=False)
+    child = multiprocessing.get_context("fork").Process(
+        target=pc.render, args=(scene(),), kwargs={"spp": 1, "progress": False}
+    )
+    child.start()
+    child.join(60)
+    is_done = child.exitcode == 0
+    child.kill()
+    assert is_done
 
 
 def test_variance_is_that_of_the_mean():

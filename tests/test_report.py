@@ -79,14 +79,14 @@ def test_pictures_are_in_the_page(tmp_path):
 def test_a_fit_leaves_files_that_belong_together(tmp_path):
     _, result = small_fit()
     save_fit(tmp_path, Page("fit"), result, comparisons())
-    record = json.loads((tmp_path / "fit.json").read_text())
+    record = json.loads((tmp_path / "fit.json").read_text(encoding="utf-8"))
     assert [p["value"] for p in record["parameters"]] == list(result.x)
     assert record["errors"] == dict(zip(SIDES, result.errors, strict=True))
     assert record["objective"][-1] == result.fun
     assert pc.Fabric.load(tmp_path / "fabric.json") == result.fabric
     assert pc.read_image(tmp_path / "back.png").width == 16
 
-    text = (tmp_path / "index.html").read_text()
+    text = (tmp_path / "index.html").read_text(encoding="utf-8")
     sources = checked(text).sources
     assert len(sources) == 5  # target and fit of both sides, and convergence
     assert all(source.startswith("data:") for source in sources)
@@ -101,7 +101,7 @@ def test_hidden_values_stand_beside_what_was_found(tmp_path):
     record = fit_record(result, SIDES, hidden)
     assert [p["hidden"] for p in record["parameters"]] == list(hidden.values())
     save_fit(tmp_path, Page("fit"), result, comparisons(), hidden=hidden)
-    text = (tmp_path / "index.html").read_text()
+    text = (tmp_path / "index.html").read_text(encoding="utf-8")
     assert text.count("<td>50.0%</td>") == len(hidden)
 
 
@@ -109,6 +109,6 @@ def test_geometries_that_were_tried_are_a_table(tmp_path):
     _, result = small_fit()
     tried = [{"geometry": "plain", "errors": [0.125, 0.25]}, {"geometry": "twill", "errors": [1.0]}]
     save_fit(tmp_path, Page("fit"), result, comparisons(), record={"candidates": tried})
-    text = (tmp_path / "index.html").read_text()
+    text = (tmp_path / "index.html").read_text(encoding="utf-8")
     assert "<th>geometry</th><th>errors</th>" in text
     assert "<td>plain</td><td>0.125, 0.25</td>" in text

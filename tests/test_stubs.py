@@ -7,7 +7,7 @@ import sys
 def test_stubs_agree_with_the_module(tmp_path):
     allowed = tmp_path / "allowed"
     # The core makes its own list of public names; a stub needs none.
-    allowed.write_text(r"plycloth\._plycloth\.__all__" + "\n")
+    allowed.write_text(r"plycloth\._plycloth\.__all__" + "\n", encoding="utf-8")
     command = [sys.executable, "-m", "mypy.stubtest", "plycloth._plycloth", "--concise"]
     result = subprocess.run(
         [*command, "--allowlist", allowed], capture_output=True, text=True, check=False

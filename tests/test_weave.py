@@ -106,6 +106,22 @@ def test_the_back_of_the_back_is_the_face():
     assert pattern.flipped().flipped() == pattern
 
 
+def test_rows_are_read_as_they_are_printed():
+    pattern = pc.WeavePattern(np.random.default_rng(4).random((5, 7)) < 0.5)
+    assert pc.WeavePattern.from_rows(str(pattern)) == pattern
+    assert pc.WeavePattern.from_rows(["#.", ".#"]) == pc.WeavePattern.plain()
+    for wrong in ("", [], ["#.", "#"], ["#x"], [1], None):
+        with pytest.raises(ValueError, match="rows"):
+            pc.WeavePattern.from_rows(wrong)
+
+
+def test_mirrored_patterns_lean_the_other_way():
+    twill = pc.WeavePattern.twill(2, 1)
+    assert twill.mirrored() != twill
+    assert twill.mirrored().mirrored() == twill
+    assert (twill.mirrored().warp_up == twill.warp_up[:, ::-1]).all()
+
+
 def test_the_drawdown_has_the_first_pick_at_the_top_and_the_warp_black():
     pattern = pc.WeavePattern([[1, 1, 0], [0, 0, 0]])
     cell = 16

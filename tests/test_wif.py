@@ -230,6 +230,11 @@ def test_texts_in_every_encoding(read, encoding):
             lambda draft: rows(draft) == "##.. #..# ..## .##.",
         ),
         (
+            {"WEAVING": "Shafts=4", "TIEUP": "1=1,2\n2=2,3\n3=3,4"},
+            r"\[TREADLING\] 4: treadle 4 has no row in \[TIEUP\]: it is taken to lift nothing",
+            lambda draft: rows(draft) == "##.. .##. ..## ....",
+        ),
+        (
             {"WARP": "Threads=4\nColor=1\nUnits=cm\nSpacing=; unknown\nThickness=.08"},
             r"\[WARP\]: no spacing: thickness / 0.8 is taken",
             lambda draft: draft.warp_spacing == pytest.approx(1.0),
@@ -359,6 +364,8 @@ def test_what_is_odd_is_read_with_a_warning(read, changes, message, check):
         ({"COLOR TABLE": "1=1,2"}, ("COLOR TABLE", "1", 23), "must be R,G,B, not '1,2'"),
         ({"COLOR TABLE": "1=a,b,c"}, ("COLOR TABLE", "1", 23), "must be numbers"),
         ({"COLOR TABLE": "1=NaN,0,0"}, ("COLOR TABLE", "1", 23), "must be finite"),
+        ({"COLOR TABLE": "1=1e9999999,0,0"}, ("COLOR TABLE", "1", 23), "too large or too small"),
+        ({"WARP SPACING": "2=1e-99999999"}, ("WARP SPACING", "2", 42), "too large or too small"),
         ({"COLOR PALETTE": "Range=255"}, ("COLOR PALETTE", "Range", 20), "lowest,highest"),
         ({"COLOR PALETTE": "Range=9,9"}, ("COLOR PALETTE", "Range", 20), "lowest,highest"),
         ({"WARP SPACING": "2=-1"}, ("WARP SPACING", "2", 42), "one number of at least 0"),
@@ -488,7 +495,7 @@ def test_many_treadles_become_a_lift_plan(tmp_path, different, section):
     path = tmp_path / "draft.wif"
     draft = pc.Draft.from_pattern(pc.WeavePattern(np.eye(different)))
     pc.write_wif(draft, path)
-    assert section in path.read_text()
+    assert section in path.read_text(encoding="utf-8")
     assert pc.read_wif(path) == draft
 
 

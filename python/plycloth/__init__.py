@@ -11,6 +11,7 @@ from plycloth.fabric import Fabric
 from plycloth.fit import fit
 from plycloth.fit_result import FitResult
 from plycloth.image import Image, ImageError, ImageWarning, read_image
+from plycloth.lens import Lens
 from plycloth.light import (
     ConstantLight,
     DirectionalLight,
@@ -24,7 +25,7 @@ from plycloth.photo_geometry import Geometry, YarnGuess
 from plycloth.presets import preset, presets
 from plycloth.relax import Relaxed, relax
 from plycloth.render import Renderer, render
-from plycloth.rig import photo_rig
+from plycloth.rig import PhotoRig, photo_rig
 from plycloth.scatter import Interface, PlyLobes, body_reflection
 from plycloth.scene import Scene, Swatch
 from plycloth.spacing import Spacing, estimate_spacing
@@ -47,10 +48,12 @@ __all__ = [
     "ImageError",
     "ImageWarning",
     "Interface",
+    "Lens",
     "OrthographicCamera",
     "ParameterError",
     "PerspectiveCamera",
     "PhotoFit",
+    "PhotoRig",
     "PlyBsdf",
     "PlyLobes",
     "PointLight",

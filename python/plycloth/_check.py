@@ -55,6 +55,8 @@ NON_NEGATIVE = Range(low=0.0)
 UNIT = Range(0.0, 1.0)
 # Of positions in millimetres: differences of such numbers, and their squares, stay finite.
 COORDINATE = Range(-1e9, 1e9)
+# Of light: pictures are single precision, their variances too.
+RADIOMETRIC = Range(0.0, 1e15)
 
 
 def nearest(name: str, choices: Iterable[str]) -> str:
@@ -129,11 +131,17 @@ def pair(valid: Range) -> Check:
 
 
 def direction(name: str, value: Any) -> tuple[float, ...]:
-    """Check for a vector of 3 finite numbers that are not all zero; stores 3 floats."""
+    """Check for a vector of 3 finite numbers that are not all zero; stores 3 floats.
+
+    One so long or short that its square would be no number is stored at another length.
+    """
     components: tuple[float, ...] = vector(3, number(FINITE))(name, value)
-    if not any(components):
+    longest = max(map(abs, components))
+    if longest == 0.0:
         raise ParameterError(f"{name} must have a length greater than 0, not {components}")
-    return components
+    if 1e-100 < longest < 1e100:
+        return components
+    return tuple(component / longest for component in components)
 
 
 Direction = Annotated[Vector, direction]

@@ -20,6 +20,7 @@ from plycloth.bsdf import Bsdf
 from plycloth.camera import Camera
 from plycloth.fabric import Fabric
 from plycloth.light import EnvironmentLight, Light
+from plycloth.rig import PhotoRig
 from plycloth.scene import Scene, Swatch
 from plycloth.weave import WeavePattern
 from plycloth.yarn import Yarn
@@ -38,6 +39,7 @@ _KINDS: dict[str, type[Any]] = {
         *get_args(Camera),
         *get_args(Light),
         Scene,
+        PhotoRig,
     )
 }
 
@@ -49,7 +51,7 @@ class FormatError(ValueError):
 
 
 def save(value: Description | WeavePattern, path: str | PathLike[str]) -> None:
-    """Write a pattern, BSDF, yarn, fabric, swatch, camera, light or scene to a JSON file.
+    """Write a pattern, BSDF, yarn, fabric, swatch, camera, light, scene or rig to a JSON file.
 
     Parameters
     ----------
@@ -189,7 +191,7 @@ class _Reader:
         content = {key: value for key, value in node.items() if key != "type"}
         self._check_keys(content, _keys(kind), kind.__name__, where)
         if kind is WeavePattern:
-            return self._pattern(content["rows"], _join(where, "rows"))
+            return self._pattern(content["rows"], where)
         if kind is EnvironmentLight and isinstance(content["image"], dict):
             return self._environment(content, where)
         values = {key: self._decode(value, _join(where, key)) for key, value in content.items()}
@@ -217,16 +219,12 @@ class _Reader:
                 raise self._error(where, f"{kind} lacks the key {key!r}")
 
     def _pattern(self, rows: Any, where: str) -> WeavePattern:
-        is_rows = isinstance(rows, list) and all(isinstance(row, str) for row in rows)
-        if not is_rows or not rows or not rows[0]:
-            raise self._error(where, "must be a list of rows such as '#.#.'")
-        for i, row in enumerate(rows):
-            if len(row) != len(rows[0]) or set(row) - {"#", "."}:
-                raise self._error(
-                    f"{where}[{i}]", f"must be {len(rows[0])} of '#' and '.', not {row!r}"
-                )
-        marks = np.frombuffer("".join(rows).encode(), np.uint8).reshape(len(rows), -1)
-        return WeavePattern(marks == ord("#"))
+        if isinstance(rows, str):
+            raise self._error(where, "rows must be a list of rows such as '#.#.', not a text")
+        try:
+            return WeavePattern.from_rows(rows)
+        except ValueError as error:
+            raise self._error(where, str(error)) from error
 
     def _environment(self, content: dict[str, Any], where: str) -> EnvironmentLight:
         image = _join(where, "image")

@@ -28,7 +28,8 @@ def read_wif(path: str | PathLike[str]) -> Draft:
     two equal keys over the earlier, and the sections themselves over [CONTENTS], which is not
     read. Rows that are absent take the default of [WARP] or [WEFT]; of the threading and the
     treadling they are empty. A missing thickness is taken as 0.8 of the spacing, a missing
-    spacing as 1 mm, missing units as centimetres.
+    spacing as its thickness over 0.8, or as 1 mm if neither is given, missing units as those of the
+    other side, or as centimetres.
 
     Parameters
     ----------

@@ -88,7 +88,7 @@ def _lift_by_treadles(wif: Wif, treadling: _Lists, shafts: IntArray, picks: int)
     """Return picks x shafts: whether one of the pick's treadles is tied to the shaft."""
     tieup = _read_lists(wif, "TIEUP")
     declared = wif.entry("WEAVING", "treadles")
-    _check_treadles(wif, treadling, tieup, wif.count(declared) if declared else 0)
+    _check_treadles(wif, treadling, tieup, wif.count(declared) if declared else None)
     treadles, treadle = np.unique(treadling.number, return_inverse=True)
     _check_size(wif, treadles.size, shafts.size, "treadles times shafts")
     ties = np.zeros((treadles.size, shafts.size), dtype=bool)
@@ -99,21 +99,26 @@ def _lift_by_treadles(wif: Wif, treadling: _Lists, shafts: IntArray, picks: int)
     return _unite_rows(picks, treadling.row - 1, treadle, ties)
 
 
-def _check_treadles(wif: Wif, treadling: _Lists, tieup: _Lists, declared: int) -> None:
-    """Refuse a treadle that is neither declared nor tied up; one that is only tied up is odd."""
+def _check_treadles(wif: Wif, treadling: _Lists, tieup: _Lists, declared: int | None) -> None:
+    """Refuse a treadle that is beyond those declared and not tied up; either alone is odd.
+
+    A treadle within those declared may well have no row: it lifts nothing.
+    """
+    beyond = np.flatnonzero(treadling.number > (declared or 0))
+    if not beyond.size:
+        return
     tied = np.array(list(tieup.entries), dtype=np.int64)
-    beyond = np.flatnonzero(treadling.number > declared)
-    is_unknown = ~np.isin(treadling.number[beyond], tied)
-    if is_unknown.any():
-        first = beyond[is_unknown][0]
+    untied = beyond[~np.isin(treadling.number[beyond], tied)]
+    first = int(untied[0] if untied.size else beyond[0])
+    treadle, entry = treadling.number[first], treadling.entries[int(treadling.row[first])]
+    if untied.size and declared is not None:
         raise wif.error(
-            f"treadle {treadling.number[first]} has no row in [TIEUP] and is beyond"
-            f" Treadles={declared}",
-            treadling.entries[int(treadling.row[first])],
+            f"treadle {treadle} has no row in [TIEUP] and is beyond Treadles={declared}", entry
         )
-    if declared and beyond.size:
-        entry = treadling.entries[int(treadling.row[beyond[0]])]
-        wif.note(f"treadle {treadling.number[beyond[0]]} is beyond Treadles={declared}", entry)
+    if untied.size:
+        wif.note(f"treadle {treadle} has no row in [TIEUP]: it is taken to lift nothing", entry)
+    elif declared is not None:
+        wif.note(f"treadle {treadle} is beyond Treadles={declared}", entry)
 
 
 def _lift_by_plan(wif: Wif, plan: _Lists, shafts: IntArray, picks: int) -> BoolArray:

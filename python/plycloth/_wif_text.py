@@ -23,6 +23,9 @@ _WHOLE_NUMBERS = re.compile(r"[0-9,\s]*", re.ASCII)
 # Longer row numbers are refused before `int` works on them.
 _MOST_DIGITS = 9
 
+# Numbers beyond 10 to this power, or its inverse, are refused before they are computed with.
+_MOST_DECIMALS = 100
+
 
 class WifError(ValueError):
     """A file that cannot be read as a WIF.
@@ -154,6 +157,8 @@ class Wif:
             raise self.error(f"must be numbers, not {entry.bare!r}", entry) from None
         if not all(number.is_finite() for number in numbers):
             raise self.error(f"must be finite, not {entry.bare!r}", entry)
+        if any(number and abs(number.adjusted()) > _MOST_DECIMALS for number in numbers):
+            raise self.error(f"is too large or too small: {entry.bare}", entry)
         return numbers
 
     def boolean(self, entry: Entry) -> bool:

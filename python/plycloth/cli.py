@@ -10,6 +10,7 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
+from plycloth._json import load, load_as
 from plycloth._plycloth import __version__
 from plycloth.draft import Draft
 from plycloth.fabric import Fabric
@@ -19,7 +20,9 @@ from plycloth.overview import LIGHTINGS, overview
 from plycloth.page import Page
 from plycloth.presets import preset, presets
 from plycloth.render import render
-from plycloth.report import GAMMA, Comparison, save_fit
+from plycloth.report import Comparison, save_fit
+from plycloth.rig import RIG, PhotoRig
+from plycloth.scene import Scene
 from plycloth.wif import read_wif
 from plycloth.yarn import RoundYarn
 
@@ -76,11 +79,11 @@ def _add_render(commands: Any) -> None:
         "render",
         help="a picture of the cloth that a draft describes",
         description="Render the cloth that a draft describes, whole and in its colours, seen from"
-        " straight above.",
+        " straight above. A fabric or a scene that plycloth saved (.json) is rendered as well.",
     )
     command.set_defaults(run=_render)
     add = command.add_argument
-    add("draft", metavar="DRAFT.wif", type=Path)
+    add("draft", metavar="DRAFT.wif", type=Path, help="a draft, or a .json that plycloth saved")
     add(
         "-o",
         "--output",
@@ -122,8 +125,8 @@ def _add_fit(commands: Any) -> None:
     command = commands.add_parser(
         "fit",
         help="a fabric from two photographs, one lit from the front and one from behind",
-        description="Find the fabric on two photographs taken with the rig of Tang et al. 2024"
-        " (docs/conventions.md): one lit from the front, one from behind.",
+        description="Find the fabric on two photographs taken on a rig, that of Tang et al. 2024"
+        " unless another is named (docs/conventions.md): one lit from the front, one from behind.",
     )
     command.set_defaults(run=_fit)
     add = command.add_argument
@@ -138,6 +141,12 @@ def _add_fit(commands: Any) -> None:
         help="gets fit.json, fabric.json, front.png, back.png and index.html",
     )
     add("--tie", action="store_true", help="warp and weft are the same yarn")
+    add(
+        "--rig",
+        metavar="RIG.json",
+        type=Path,
+        help="how the photographs were taken: a PhotoRig that pc.save wrote",
+    )
     add(
         "--draft",
         metavar="DRAFT.wif",
@@ -156,11 +165,7 @@ def _add_common(command: argparse.ArgumentParser) -> None:
 
 def _render(options: argparse.Namespace) -> None:
     _check_output(options.output)
-    draft = read_wif(options.draft)
-    yarn = None if options.yarn is None else _scaled_preset(options.yarn, draft)
-    fabric = Fabric.from_draft(draft, yarn, yarn)
-    size = None if options.size_mm is None else tuple(options.size_mm)
-    scene = overview(fabric, _light(options.light), size_mm=size, width=options.width)
+    scene, shown = _scene(options)
     image = render(
         scene,
         spp=options.spp,
@@ -169,16 +174,37 @@ def _render(options: argparse.Namespace) -> None:
         progress=_progress(options),
     )
     image.save(options.output)
-    _say(options, f"{options.output}: {image.width} x {image.height} pixels of {draft!r}")
+    _say(options, f"{options.output}: {image.width} x {image.height} pixels of {shown}")
+
+
+def _scene(options: argparse.Namespace) -> tuple[Scene, str]:
+    """Return the scene to render, and what it shows in words."""
+    if options.draft.suffix.lower() == ".json":
+        if options.yarn is not None:
+            raise ValueError("--yarn: is for a draft; a saved fabric has its own yarns")
+        saved = load(options.draft)
+        if isinstance(saved, Scene):
+            return saved, f"the scene {options.draft}"
+        if not isinstance(saved, Fabric):
+            kind = type(saved).__name__
+            raise ValueError(f"{options.draft}: holds a {kind}, but must hold a Fabric or a Scene")
+        fabric, shown = saved, f"the fabric {options.draft}"
+    else:
+        draft = read_wif(options.draft)
+        yarn = None if options.yarn is None else _scaled_preset(options.yarn, draft)
+        fabric, shown = Fabric.from_draft(draft, yarn, yarn), repr(draft)
+    size = None if options.size_mm is None else tuple(options.size_mm)
+    return overview(fabric, _light(options.light), size_mm=size, width=options.width), shown
 
 
 def _fit(options: argparse.Namespace) -> None:
-    photographs = [_photograph(path) for path in (options.front, options.back)]
-    if options.output.exists() and not options.output.is_dir():
-        raise ValueError(f"{options.output}: is a file, but must be a folder")
+    rig = RIG if options.rig is None else load_as(PhotoRig, options.rig)
+    given = (options.front, options.back)
+    photographs = [_photograph(path, rig.gamma) for path in given]
+    _check_folder(options.output, given)
     from plycloth.photo_fit import fit_photographs
 
-    found = fit_photographs(*photographs, progress=_progress(options), **_chosen(options))
+    found = fit_photographs(*photographs, rig=rig, progress=_progress(options), **_chosen(options))
     pictures = found.pictures()
     comparisons = [
         Comparison(side, photograph, pictures[side])
@@ -186,15 +212,30 @@ def _fit(options: argparse.Namespace) -> None:
     ]
     page = Page(f"Fabric of {options.front.name} and {options.back.name}")
     page.text(f"The geometry that fits best: {found.geometry}.")
-    save_fit(options.output, page, found.result, comparisons, record=found.summary())
+    save_fit(
+        options.output, page, found.result, comparisons, record=found.summary(), gamma=rig.gamma
+    )
     errors = zip(SIDES, found.result.errors, strict=True)
     summary = ", ".join(f"{side} {error:.1%}" for side, error in errors)
     _say(options, f"{options.output / 'index.html'}: relative errors {summary}")
 
 
-def _photograph(path: Path) -> Image:
+def _photograph(path: Path, gamma: float) -> Image:
     """Read a photograph; one in an EXR is linear already."""
-    return read_image(path, None if path.suffix.lower() == ".exr" else GAMMA)
+    return read_image(path, None if path.suffix.lower() == ".exr" else gamma)
+
+
+def _check_folder(folder: Path, photographs: Sequence[Path]) -> None:
+    """See before the work that its results have a place, which is not that of a photograph."""
+    if folder.exists() and not folder.is_dir():
+        raise ValueError(f"{folder}: is a file, but must be a folder")
+    for side in SIDES:
+        result = folder / f"{side}.png"
+        if result.exists() and any(result.samefile(photograph) for photograph in photographs):
+            raise ValueError(
+                f"{folder}: {result.name} there is a photograph to fit, and would be"
+                " replaced; name another folder"
+            )
 
 
 def _chosen(options: argparse.Namespace) -> dict[str, Any]:

@@ -32,8 +32,13 @@ AnyYarn = Annotated[Yarn, instance(RoundYarn, FlatYarn)]
 Spacing = Annotated[float | FloatArray, number_or_array(POSITIVE)]
 Colors = Annotated[FloatArray | None, optional(array((None, 3), UNIT))]
 
-# Half widths beyond this many spacings reach past the centre of the second neighbour.
+# Half widths beyond this many mean spacings reach past the centre of the second neighbour.
 MAX_HALF_WIDTH = 2.0
+# A spacing below this part of the mean lets very many yarns lie on each other.
+MIN_SPACING = 1.0 / 256.0
+
+# A pitch below this part of a crossing would need very many segments.
+MIN_PITCH = 0.125
 
 # The albedo that a draft's white stands for: that of bleached cotton, not a perfect reflector.
 WHITE_ALBEDO = 0.8
@@ -68,8 +73,9 @@ class Fabric(Description):
     Raises
     ------
     ParameterError
-        If a value lies outside its range, an array has not one row per yarn, or a yarn is so
-        wide that it reaches past the centre line of its second neighbour.
+        If a value lies outside its range, an array has not one row per yarn, a spacing is less
+        than 1/256 of the mean, a yarn is so wide that at the mean spacing it would reach past the
+        centre line of its second neighbour, or its pitch is less than an eighth of a crossing.
     TypeError
         If a value is not of the kind named.
     """
@@ -91,6 +97,8 @@ class Fabric(Description):
         _check_count("weft_colors", self.weft_colors, "picks", self.pattern.picks)
         _check_width("warp", self.warp, self.warp_spacing_mm)
         _check_width("weft", self.weft, self.weft_spacing_mm)
+        _check_pitch("warp", self.warp, self.weft_spacing_mm)
+        _check_pitch("weft", self.weft, self.warp_spacing_mm)
 
     @classmethod
     def from_draft(cls, draft: "Draft", warp: Yarn | None = None, weft: Yarn | None = None) -> Self:
@@ -109,6 +117,10 @@ class Fabric(Description):
         ParameterError
             If the draft's yarns are too thick for its spacings.
         """
+        from plycloth.draft import Draft
+
+        if not isinstance(draft, Draft):
+            raise TypeError(f"draft must be a Draft, not {type(draft).__name__}")
         return cls(
             pattern=draft.pattern,
             warp=warp or _default_yarn(draft.warp_thickness),
@@ -204,11 +216,25 @@ def _check_count(name: str, values: float | FloatArray | None, yarns: str, count
 
 def _check_width(name: str, yarn: Yarn, spacing: float | FloatArray) -> None:
     mean = float(np.mean(spacing))
+    if np.min(spacing) < MIN_SPACING * mean:
+        raise ParameterError(
+            f"Fabric.{name}_spacing_mm must be at least 1/256 of its mean, {MIN_SPACING * mean:g},"
+            f" not {np.min(spacing):g}"
+        )
     if yarn.half_width > MAX_HALF_WIDTH * mean:
         raise ParameterError(
             f"Fabric.{name} must have a radius (or half width) of at most {MAX_HALF_WIDTH:g}"
             f" spacings, {MAX_HALF_WIDTH * mean:g} mm, not {yarn.half_width:g} mm:"
             " a wider yarn would pass through its second neighbours"
+        )
+
+
+def _check_pitch(name: str, yarn: Yarn, crossing: float | FloatArray) -> None:
+    least = MIN_PITCH * float(np.mean(crossing))
+    if isinstance(yarn, RoundYarn) and yarn.plies > 1 and abs(yarn.pitch) < least:
+        raise ParameterError(
+            f"Fabric.{name} must have a pitch of at least {MIN_PITCH:g} of the crossing yarns'"
+            f" spacing, {least:g} mm, not {abs(yarn.pitch):g} mm"
         )
 
 

@@ -44,7 +44,7 @@ FloatArray = NDArray[np.float64]
 Tapes = tuple[_plycloth.CompiledTape, _plycloth.CompiledTape]
 Residuals = tuple[FloatArray, FloatArray]
 
-GRIDS = {"grid": 16, "average": 1}
+OBJECTIVES = ("grid", "average")
 TRUST_RADIUS = 0.15
 SMALLEST_TRUST_RADIUS = 0.01
 # A round that gains less than this part of the objective counts as a standstill.
@@ -54,11 +54,16 @@ MOST_STANDSTILLS = 4
 STATED_NOISE = 0.01
 # Directions that change the picture less than this (relative to the strongest) are unidentifiable.
 LEAST_SENSITIVITY = 1e-3
+# Errors of unknowns that are more correlated than this are said to trade with each other.
+LEAST_CORRELATION = 0.5
+MOST_PARTNERS = 3
 
 _count = integer(1, 10**6)
+_cells = integer(1, 256)
 _paths = integer(1, 2 * _plycloth.CompiledTape.MAX_PATHS)
-_objective = choice(*GRIDS)
+_objective = choice(*OBJECTIVES)
 _falloff = optional(choice(*FALLOFFS))
+_threads = optional(integer(1, 1024))
 
 
 @dataclass(frozen=True)
@@ -119,6 +124,7 @@ def fit(
     falloff: str | None = None,
     lenses: Sequence[Lens] | None = None,
     objective: str = "grid",
+    cells: int = 16,
     paths: int = 128,
     rounds: int = 12,
     evaluations: int = 20,
@@ -155,9 +161,11 @@ def fit(
         Per picture: exposure and falloff to start from, and to stay with if they are not looked
         for. None: 1 and 0.
     objective
-        "grid": the averages of 16 x 16 cells; "average": those of whole pictures, as in the paper.
-        In both, squared differences relative to the picture's mean, averaged over cells and
-        channels and summed over pictures.
+        "grid": the averages of `cells` x `cells` cells; "average": those of whole pictures, as in
+        the paper. In both, squared differences relative to the picture's mean, averaged over cells
+        and channels and summed over pictures.
+    cells
+        Rows and columns of the grid, 1 to 256.
     paths
         Paths per cell, at most 131072: two independent halves, each best a power of two.
     rounds, evaluations
@@ -177,8 +185,8 @@ def fit(
         If the scenes show different fabrics, a fabric has colours of its own or yarns that are not
         plies, an image has the wrong shape, NaN or is black, or a name or range is wrong.
     """
-    scene_list = [scenes] if isinstance(scenes, Scene) else list(scenes)
-    cells = GRIDS[_objective("objective", objective)]
+    scene_list = _scene_list(scenes)
+    cells = _cells("cells", cells) if _objective("objective", objective) == "grid" else 1
     bsdfs = _start_bsdfs(scene_list)
     targets = _targets(scene_list, images, cells)
     start = _Point(bsdfs, _start_lenses(lenses, len(scene_list)))
@@ -190,7 +198,7 @@ def fit(
         space=_Space(start, optical, camera),
         paths=max(1, _paths("paths", paths) // 2),
         max_depth=_count("max_depth", max_depth),
-        threads=threads,
+        threads=_threads("threads", threads),
     )
     rounds, evaluations = _count("rounds", rounds), _count("evaluations", evaluations)
     with reporting(progress, rounds, description="fit", unit="round") as report:
@@ -213,7 +221,7 @@ class _Problem:
         bsdfs = self.space.decode(u).bsdfs
         tapes = []
         for picture, (scene, target) in enumerate(zip(self.scenes, self.targets, strict=True)):
-            compiled = _plycloth.CompiledScene(with_bsdfs(scene, bsdfs))
+            compiled = _plycloth.CompiledScene(with_bsdfs(scene, bsdfs), self.threads)
             rows, columns = target.shape[:2]
             first, second = (
                 _plycloth.CompiledTape(
@@ -371,16 +379,31 @@ def _estimates(problem: _Problem, tapes: Sequence[Tapes], u: FloatArray) -> list
     # Rows of `slopes` carry 1/sqrt(rows per picture): noise of one row is STATED_NOISE of that.
     noise = STATED_NOISE / (slopes.shape[0] / len(tapes)) ** 0.5
     spread = noise / np.maximum(sensitivities, 1e-12 * strongest)
-    deviations = np.sqrt(((directions * spread[:, None]) ** 2).sum(0))
+    factor = directions * spread[:, None]
+    covariance = factor.T @ factor
+    deviations = np.sqrt(np.diagonal(covariance))
     in_weak = (directions[weak] ** 2).sum(0) > 0.1
     space = problem.space
+    partners = _partners(covariance, space.labels)
     labels, values, scales = space.labels, space.values(space.decode(u)), space.slopes(u)
     units = [parameter.unit for parameter in space.parameters]
     return [
-        Estimate(label, value, unit, float(min(deviation, 1.0) * scale), not weak_here)
-        for label, value, unit, deviation, scale, weak_here in zip(
-            labels, values, units, deviations, scales, in_weak, strict=True
+        Estimate(label, value, unit, float(min(deviation, 1.0) * scale), not weak_here, trades)
+        for label, value, unit, deviation, scale, weak_here, trades in zip(
+            labels, values, units, deviations, scales, in_weak, partners, strict=True
         )
+    ]
+
+
+def _partners(covariance: FloatArray, labels: Sequence[str]) -> list[tuple[str, ...]]:
+    """Return for each unknown those, at most `MOST_PARTNERS`, that it is most correlated with."""
+    deviations = np.sqrt(np.maximum(np.diagonal(covariance), np.finfo(float).tiny))
+    correlation = np.abs(covariance / np.outer(deviations, deviations))
+    np.fill_diagonal(correlation, 0.0)
+    order = np.argsort(-correlation, axis=1)[:, :MOST_PARTNERS]
+    return [
+        tuple(labels[j] for j in row if correlation[i, j] >= LEAST_CORRELATION)
+        for i, row in enumerate(order)
     ]
 
 
@@ -393,6 +416,13 @@ def with_bsdfs(scene: Scene, bsdfs: Sequence[PlyBsdf]) -> Scene:
     )
     swatch = replace(scene.swatch, fabric=replace(fabric, warp=warp, weft=weft))
     return replace(scene, swatch=swatch)
+
+
+def _scene_list(scenes: object) -> list[Scene]:
+    several = [scenes] if isinstance(scenes, Scene) else scenes
+    if not isinstance(several, list | tuple) or not all(isinstance(s, Scene) for s in several):
+        raise TypeError(f"scenes must be a Scene or a list of them, not {scenes!r}"[:200])
+    return list(several)
 
 
 def _start_bsdfs(scenes: Sequence[Scene]) -> list[PlyBsdf]:
@@ -412,6 +442,8 @@ def _start_bsdfs(scenes: Sequence[Scene]) -> list[PlyBsdf]:
 def _start_lenses(lenses: Sequence[Lens] | None, pictures: int) -> list[Lens]:
     if lenses is None:
         return [Lens()] * pictures
+    if not isinstance(lenses, list | tuple) or not all(isinstance(each, Lens) for each in lenses):
+        raise TypeError(f"lenses must be a list of Lens, not {lenses!r}"[:200])
     if len(lenses) != pictures:
         raise ParameterError(f"lenses must be one per scene: {pictures}, not {len(lenses)}")
     return list(lenses)
@@ -426,7 +458,10 @@ def _targets(scenes: Sequence[Scene], images: object, cells: int) -> list[FloatA
 
 
 def _averages(name: str, image: object, cells: int) -> FloatArray:
-    pixels = np.asarray(image, dtype=np.float64)
+    try:
+        pixels = np.asarray(image, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError) as error:
+        raise TypeError(f"{name} must be an Image or an array of numbers: {error}") from None
     if pixels.ndim != 3 or pixels.shape[2] != 3 or min(pixels.shape[:2]) < cells:
         raise ParameterError(
             f"{name} must be H x W x 3 with at least {cells} rows and columns, not {pixels.shape}"

@@ -40,6 +40,8 @@ class Estimate:
         unit (to first order).
     identifiable
         False if it can be changed, together with others, without the pictures changing.
+    partners
+        The unknowns, at most three, that it trades with most: those whose errors go with its own.
     """
 
     label: str
@@ -47,11 +49,15 @@ class Estimate:
     unit: str
     uncertainty: float
     identifiable: bool
+    partners: tuple[str, ...] = ()
 
     @property
     def doubt(self) -> str:
         """The uncertainty in words."""
-        return f"± {self.uncertainty:.2g}" if self.identifiable else "not identifiable"
+        if self.identifiable:
+            return f"± {self.uncertainty:.2g}"
+        trades = f": trades with {', '.join(self.partners)}" if self.partners else ""
+        return f"not identifiable{trades}"
 
 
 @dataclass(frozen=True)
@@ -193,7 +199,7 @@ class FitResult:
 
         Exposure and falloff are those fitted for the given picture.
         """
-        compiled = _plycloth.CompiledScene(scene)
+        compiled = _plycloth.CompiledScene(scene, threads)
         tape = _plycloth.CompiledTape(compiled, (cells, cells), paths, seed, max_depth, threads)
         values, _ = tape.evaluate(self.bsdfs, threads)
         return values * self.lenses[picture].gain((cells, cells))[0]

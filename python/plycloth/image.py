@@ -99,6 +99,10 @@ class Image:
 
     __hash__ = None  # type: ignore[assignment]
 
+    def __reduce__(self) -> tuple[type["Image"], tuple[object, ...]]:
+        # Made anew, a copy is read-only again.
+        return Image, (self.pixels, self.variance)
+
     def __repr__(self) -> str:
         with_variance = "" if self.variance is None else ", with variance"
         return f"<Image {self.width} x {self.height}, mean {self.pixels.mean():.4g}{with_variance}>"
@@ -258,6 +262,8 @@ def _codes(data: bytes, path: PathOrStr) -> npt.NDArray[np.float64]:
                     stacklevel=3,
                 )
             return np.asarray(picture.convert("RGB"), dtype=np.float64) / 255
+    except PilImage.DecompressionBombError as error:
+        raise ImageError(f"{fspath(path)}: has too many pixels: {error}") from error
     except (OSError, SyntaxError) as error:
         raise ImageError(f"{fspath(path)}: not a readable picture: {error}") from error
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from plycloth._check import (
     FINITE,
-    NON_NEGATIVE,
+    RADIOMETRIC,
     Direction,
     ParameterError,
     Point,
@@ -23,7 +23,7 @@ from plycloth._check import (
 )
 from plycloth._value import Description
 
-Emission = Annotated[Rgb, rgb(NON_NEGATIVE)]
+Emission = Annotated[Rgb, rgb(RADIOMETRIC)]
 
 # The sine of the smallest angle between a rectangle's edges at which it still has an area.
 MIN_SINE_OF_EDGES = 1e-6
@@ -38,7 +38,7 @@ class PointLight(Description):
     position
         Where it stands, millimetres.
     intensity
-        Power per solid angle, linear RGB, at least 0. At distance d (millimetres) a surface
+        Power per solid angle, linear RGB, in [0, 1e15]. At distance d (millimetres) a surface
         that faces the light receives the irradiance intensity / d^2.
 
     Raises
@@ -62,7 +62,7 @@ class DirectionalLight(Description):
     direction
         Direction in which the light travels; of any length but 0.
     irradiance
-        What a surface that faces the light receives, linear RGB, at least 0.
+        What a surface that faces the light receives, linear RGB, in [0, 1e15].
 
     Raises
     ------
@@ -87,7 +87,7 @@ class RectangleLight(Description):
     edge_u, edge_v
         Its full edges, millimetres. It shines to the side of edge_u x edge_v.
     radiance
-        What it emits, linear RGB, at least 0.
+        What it emits, linear RGB, in [0, 1e15].
 
     Raises
     ------
@@ -98,12 +98,17 @@ class RectangleLight(Description):
     """
 
     center: Point
-    edge_u: Direction
-    edge_v: Direction
+    edge_u: Point
+    edge_v: Point
     radiance: Emission
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        for name in ("edge_u", "edge_v"):
+            if not any(edge := getattr(self, name)):
+                raise ParameterError(
+                    f"RectangleLight.{name} must have a length greater than 0, not {edge}"
+                )
         u, v = (np.asarray(edge) / np.abs(edge).max() for edge in (self.edge_u, self.edge_v))
         area = np.linalg.norm(np.cross(u, v))
         if area < MIN_SINE_OF_EDGES * np.linalg.norm(u) * np.linalg.norm(v):
@@ -120,7 +125,7 @@ class ConstantLight(Description):
     Parameters
     ----------
     radiance
-        What arrives from every direction, linear RGB, at least 0.
+        What arrives from every direction, linear RGB, in [0, 1e15].
 
     Raises
     ------
@@ -159,10 +164,18 @@ class EnvironmentLight(Description):
         If a value is not of the kind named.
     """
 
-    image: Annotated[NDArray[np.float32], array((None, None, 3), NON_NEGATIVE, np.float32)]
-    scale: Annotated[float, number(NON_NEGATIVE)] = 1.0
+    image: Annotated[NDArray[np.float32], array((None, None, 3), RADIOMETRIC, np.float32)]
+    scale: Annotated[float, number(RADIOMETRIC)] = 1.0
     rotation: Annotated[float, number(FINITE)] = 0.0
     path: Annotated[str | None, optional(instance(str))] = field(default=None, compare=False)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        brightest = self.scale * float(self.image.max())
+        if not RADIOMETRIC.holds(brightest):
+            raise ParameterError(
+                f"EnvironmentLight.scale times the image must be {RADIOMETRIC}, not {brightest:g}"
+            )
 
     @classmethod
     def load(cls, path: str | PathLike[str], *, scale: float = 1.0, rotation: float = 0.0) -> Self:

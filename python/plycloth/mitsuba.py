@@ -28,7 +28,9 @@ from plycloth.yarn import RoundYarn, Yarn
 Array = NDArray[np.float64]
 Plugin = dict[str, Any]
 
-SEGMENTS_PER_CROSSING = 8
+# As in plycloth's core (src/cloth/twist.rs).
+SEGMENTS_PER_TURN = 16
+LEAST_SEGMENTS = 8
 
 
 def to_mitsuba(scene: Scene, folder: str | Path, *, max_depth: int = 8) -> Plugin:
@@ -166,13 +168,14 @@ def ply_curves(swatch: Swatch, name: str) -> Array:
     slots, widths = _spacings(fabric, is_warp)
     height, slope = _heights(fabric, is_warp)
     starts = np.append(0.0, np.cumsum(np.tile(slots, along)))
-    s, z, dz = _hermite(np.tile(slots, along), height, slope, along)
+    turns = abs(float(np.mean(slots)) / yarn.pitch) if yarn.plies > 1 else 0.0
+    segments = max(LEAST_SEGMENTS, 2 * int(np.ceil(0.5 * SEGMENTS_PER_TURN * turns)))
+    s, z, dz = _hermite(np.tile(slots, along), height, slope, along, segments)
     position = np.cumsum(np.tile(widths, across)) - 0.5 * np.tile(widths, across)
     z, dz = np.tile(z, (across, 1)), np.tile(dz, (across, 1))
-    turns = s / yarn.pitch
-    angle = 2 * np.pi * (turns + np.arange(yarn.plies)[:, None] / yarn.plies)
+    angle = 2 * np.pi * (s / yarn.pitch + np.arange(yarn.plies)[:, None] / yarn.plies)
     sideways = yarn.helix_radius * np.cos(angle)
-    outwards = yarn.helix_radius * np.sin(angle)
+    outwards = -yarn.helix_radius * np.sin(angle)
     # The normal is perpendicular to the tangent (1, dz) in the plane of the yarn and z.
     norm = np.sqrt(1.0 + dz**2)[:, None]
     length, depth = starts[-1], float(np.sum(widths) * across)
@@ -208,12 +211,14 @@ def _heights(fabric: Fabric, is_warp: bool) -> tuple[Array, Array]:
     return relaxed.weft_height * fabric.unit_mm, relaxed.weft_slope
 
 
-def _hermite(slots: Array, height: Array, slope: Array, repeats: int) -> tuple[Array, Array, Array]:
+def _hermite(
+    slots: Array, height: Array, slope: Array, repeats: int, segments: int
+) -> tuple[Array, Array, Array]:
     """Return arc positions and, for each yarn, heights and slopes at all joints."""
     knots = np.append(0.0, np.cumsum(np.repeat(0.5 * slots, 2)))
     height = np.concatenate([np.tile(height, repeats), height[:, :1]], axis=1)
     slope = np.concatenate([np.tile(slope, repeats), slope[:, :1]], axis=1)
-    half = SEGMENTS_PER_CROSSING // 2
+    half = segments // 2
     t = np.tile(np.arange(half) / half, len(knots) - 1)
     left = np.repeat(np.arange(len(knots) - 1), half)
     t, left = np.append(t, 1.0), np.append(left, len(knots) - 2)

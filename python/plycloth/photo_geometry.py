@@ -1,6 +1,6 @@
 """What a photograph leaves open about a cloth's geometry, and where to look for it."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +11,11 @@ from plycloth.weave import WeavePattern
 from plycloth.yarn import FlatYarn, RoundYarn, Yarn
 
 FloatArray = NDArray[np.float64]
+
+COVER_FACTORS = (0.7, 1.3)
+"""How much narrower and wider a yarn is tried."""
+
+LARGEST_COVER = 1.25
 
 THICKNESS = 0.1
 """Thickness of a flat yarn over its width: only its product with the extinction shows."""
@@ -34,8 +39,14 @@ class YarnGuess:
         """Return the length of a way straight through the yarn, in millimetres."""
         return (THICKNESS if self.flat else 1.0) * self.cover * spacing_mm
 
+    def variations(self, *, cross_sections: bool) -> list["YarnGuess"]:
+        """List yarns a little narrower and wider, and, if wanted, of the other cross section."""
+        covers = [factor * self.cover for factor in COVER_FACTORS]
+        others = [replace(self, cover=cover) for cover in covers if cover <= LARGEST_COVER]
+        return [*others, replace(self, flat=not self.flat)] if cross_sections else others
+
     def __str__(self) -> str:
-        return f"{'flat' if self.flat else 'round'} {self.cover:g}"
+        return f"{'flat' if self.flat else 'round'} {self.cover:.2g}"
 
 
 @dataclass(frozen=True)
@@ -85,6 +96,19 @@ class Geometry:
             "exit_roughness": (0.03, 1.0),
             "eta": (1.05, 3.0),
         }
+
+    def variations(self, *, cross_sections: bool) -> list["Geometry"]:
+        """List the geometry with one of its yarns varied."""
+        warps, wefts = (
+            yarn.variations(cross_sections=cross_sections) for yarn in (self.warp, self.weft)
+        )
+        return [
+            replace(self, warp=warp, weft=weft)
+            for warp, weft in (
+                *((other, self.weft) for other in warps),
+                *((self.warp, other) for other in wefts),
+            )
+        ]
 
     def __str__(self) -> str:
         return f"{self.name}, warp {self.warp}, weft {self.weft}"

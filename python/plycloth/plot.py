@@ -15,7 +15,7 @@ FloatArray = NDArray[np.float64]
 POINTS_PER_SEGMENT = 8
 
 
-def plot_relaxed(relaxed: "Relaxed", *, ends: int = 4, weft_spacing: ArrayLike = 1.0) -> "Figure":
+def plot_relaxed(relaxed: "Relaxed", *, ends: int = 4) -> "Figure":
     """Draw the first ends from the side, and the picks that they cross as dots.
 
     Parameters
@@ -24,8 +24,6 @@ def plot_relaxed(relaxed: "Relaxed", *, ends: int = 4, weft_spacing: ArrayLike =
         What to draw.
     ends
         How many ends, at least 1; no more than there are.
-    weft_spacing
-        As it was given to `relax`.
 
     Raises
     ------
@@ -37,7 +35,7 @@ def plot_relaxed(relaxed: "Relaxed", *, ends: int = 4, weft_spacing: ArrayLike =
     if ends < 1:
         raise ValueError(f"ends must be at least 1, not {ends}")
     count = min(ends, len(relaxed.warp_height))
-    knots = knot_positions(weft_spacing, len(relaxed.weft_height))
+    knots = knot_positions(relaxed.weft_spacing)
     figure = Figure(figsize=(8, 1.0 * count + 0.6), layout="constrained")
     rows = figure.subplots(count, 1, sharex=True, sharey=True, squeeze=False)[:, 0]
     for end, axes in enumerate(rows):
@@ -48,10 +46,10 @@ def plot_relaxed(relaxed: "Relaxed", *, ends: int = 4, weft_spacing: ArrayLike =
     return figure
 
 
-def knot_positions(spacing: ArrayLike, count: int) -> FloatArray:
+def knot_positions(spacing: ArrayLike) -> FloatArray:
     """Positions of a period's knots, both ends included: slot borders and slot middles."""
-    borders = np.concatenate([[0.0], np.cumsum(np.broadcast_to(spacing, count))])
-    knots = np.empty(2 * count + 1)
+    borders = np.concatenate([[0.0], np.cumsum(spacing)])
+    knots = np.empty(2 * len(borders) - 1)
     knots[0::2] = borders
     knots[1::2] = 0.5 * (borders[:-1] + borders[1:])
     return knots

@@ -10,7 +10,7 @@ from plycloth._check import choice
 from plycloth.bsdf import PlyBsdf
 from plycloth.yarn import RoundYarn
 
-# Number of plies, yarn radius and pitch in millimetres; a negative pitch is a clockwise twist.
+# Number of plies, yarn radius and pitch in millimetres; negative where the yarn turns clockwise.
 _GEOMETRY = {
     "cotton1": (3, 0.0378238, 0.452737),
     "cotton2": (3, 0.0330434, 0.336314),

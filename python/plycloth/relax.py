@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 
 _curves = array((None, None), FINITE)
+_spacings = array((None,), POSITIVE)
 _positive = number(POSITIVE)
 _one_or_each = number_or_array(POSITIVE)
 
@@ -51,6 +52,8 @@ class Relaxed(Description):
         Height, and its derivative along the yarn in the pattern's order of picks.
     weft_height, weft_slope : ndarray, shape (picks, 2 * ends)
         The same for the weft, along the pattern's order of ends.
+    warp_spacing, weft_spacing : ndarray, shape (ends,) and (picks,)
+        Width of each yarn's slot.
     """
 
     energy: Annotated[float, number(NON_NEGATIVE)]
@@ -60,16 +63,16 @@ class Relaxed(Description):
     warp_slope: Annotated[FloatArray, _curves]
     weft_height: Annotated[FloatArray, _curves]
     weft_slope: Annotated[FloatArray, _curves]
+    warp_spacing: Annotated[FloatArray, _spacings]
+    weft_spacing: Annotated[FloatArray, _spacings]
 
-    def plot(self, *, ends: int = 4, weft_spacing: ArrayLike = 1.0) -> "Figure":
+    def plot(self, *, ends: int = 4) -> "Figure":
         """Draw the first ends from the side, and the picks that they cross as dots.
 
         Parameters
         ----------
         ends
             How many ends, at least 1; no more than there are.
-        weft_spacing
-            As it was given to `relax`.
 
         Raises
         ------
@@ -78,7 +81,7 @@ class Relaxed(Description):
         """
         from plycloth.plot import plot_relaxed
 
-        return plot_relaxed(self, ends=ends, weft_spacing=weft_spacing)
+        return plot_relaxed(self, ends=ends)
 
     def _repr_png_(self) -> bytes:
         data = io.BytesIO()
@@ -139,21 +142,25 @@ def relax(
         pattern = WeavePattern(pattern)
     warp_up = pattern.warp_up
     picks, ends = warp_up.shape
+    spacing = (
+        _per_yarn("warp_spacing", warp_spacing, ends),
+        _per_yarn("weft_spacing", weft_spacing, picks),
+    )
     energy, gradient_norm, iterations, warp, weft = _plycloth.relax(
         warp_up,
         (
             _per_yarn("warp_radius", warp_radius, ends),
             _per_yarn("warp_stiffness", warp_stiffness, ends),
-            _per_yarn("warp_spacing", warp_spacing, ends),
+            spacing[0],
         ),
         (
             _per_yarn("weft_radius", weft_radius, picks),
             _per_yarn("weft_stiffness", weft_stiffness, picks),
-            _per_yarn("weft_spacing", weft_spacing, picks),
+            spacing[1],
         ),
         _positive("collision_stiffness", collision_stiffness),
     )
-    return Relaxed(energy, gradient_norm, iterations, *warp, *weft)
+    return Relaxed(energy, gradient_norm, iterations, *warp, *weft, *spacing)
 
 
 def _per_yarn(name: str, value: ArrayLike, count: int) -> FloatArray:

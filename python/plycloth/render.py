@@ -34,6 +34,8 @@ class Renderer:
     both_sides
         Whether light is looked for on both sides of every ply: less noise where it comes from
         behind the cloth, for more time per sample.
+    threads
+        Threads to use, unless `run` is given another number; None: one per processor.
 
     Raises
     ------
@@ -44,12 +46,19 @@ class Renderer:
     """
 
     def __init__(
-        self, scene: Scene, *, seed: int = 0, max_depth: int = 8, both_sides: bool = False
+        self,
+        scene: Scene,
+        *,
+        seed: int = 0,
+        max_depth: int = 8,
+        both_sides: bool = False,
+        threads: int | None = None,
     ) -> None:
         if not isinstance(scene, Scene):
             raise TypeError(f"scene must be a Scene, not {type(scene).__name__}")
         self.scene = scene
-        self._compiled = _plycloth.CompiledScene(scene)
+        self._threads = None if threads is None else _threads("threads", threads)
+        self._compiled = _plycloth.CompiledScene(scene, self._threads)
         self._film = _plycloth.CompiledFilm(
             self._compiled, _seed("seed", seed), _depth("max_depth", max_depth), bool(both_sides)
         )
@@ -65,7 +74,7 @@ class Renderer:
         spp
             Samples per pixel, at least 1.
         threads
-            Threads to use; None: one per processor.
+            Threads to use; None: as many as the Renderer was given.
         progress
             None: a bar where a person watches; False: none; or a callable of (done, total).
 
@@ -75,9 +84,8 @@ class Renderer:
             If a number lies outside its range.
         """
         spp = _spp("spp", spp)
-        threads = None if threads is None else _threads("threads", threads)
-        width, height = self.scene.camera.resolution
-        total = spp * width * height
+        threads = self._threads if threads is None else _threads("threads", threads)
+        total = self._film.remaining(spp)
         with reporting(progress, total, description="render", unit="sample") as report:
             self._film.run(self._compiled, spp, threads, report)
 
@@ -118,6 +126,8 @@ def render(
     TypeError
         If `scene` is not a Scene, or a number is not whole.
     """
-    renderer = Renderer(scene, seed=seed, max_depth=max_depth, both_sides=both_sides)
-    renderer.run(spp, threads=threads, progress=progress)
+    renderer = Renderer(
+        scene, seed=seed, max_depth=max_depth, both_sides=both_sides, threads=threads
+    )
+    renderer.run(spp, progress=progress)
     return renderer.image()

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 GAMMA = 2.2
-"""The photographs are encoded as light ** (1 / 2.2), and so are the pictures beside them."""
+"""Pictures are encoded as light ** (1 / 2.2), unless the photographs beside them are otherwise."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,11 +45,12 @@ def save_fit(
     *,
     record: Mapping[str, Any] | None = None,
     hidden: Mapping[str, float] | None = None,
+    gamma: float = GAMMA,
 ) -> None:
     """Write what a fit found to a folder, which is made if it is not there.
 
     It gets `fit.json`, `fabric.json` (`Fabric.load` reads it), one PNG per picture, 8
-    bit and encoded as light ** (1 / 2.2), and `index.html`.
+    bit and encoded as light ** (1 / gamma), and `index.html`.
 
     Parameters
     ----------
@@ -66,6 +67,8 @@ def save_fit(
         if it has any, are the geometries that were tried: mappings with the same keys.
     hidden
         The true value of each parameter by its label, where they are known.
+    gamma
+        That of the photographs.
 
     Raises
     ------
@@ -79,8 +82,9 @@ def save_fit(
         record = fit_record(result, [each.name for each in comparisons], hidden)
     (folder / "fit.json").write_text(json.dumps(record, indent=2) + "\n", encoding="utf-8")
     for comparison in comparisons:
-        comparison.fitted.save(folder / f"{comparison.name}.png", gamma=GAMMA)
-    add_fit(page, result, comparisons, candidates=record.get("candidates", ()), hidden=hidden)
+        comparison.fitted.save(folder / f"{comparison.name}.png", gamma=gamma)
+    candidates = record.get("candidates", ())
+    add_fit(page, result, comparisons, candidates=candidates, hidden=hidden, gamma=gamma)
     page.save(folder / "index.html")
 
 
@@ -110,6 +114,7 @@ def add_fit(
     *,
     candidates: Sequence[Mapping[str, object]] = (),
     hidden: Mapping[str, float] | None = None,
+    gamma: float = GAMMA,
 ) -> None:
     """Add to a page: pictures and errors, parameters, convergence, and geometries tried."""
     page.heading("Pictures")
@@ -117,7 +122,7 @@ def add_fit(
     for comparison, error in zip(comparisons, result.errors, strict=True):
         caption = f"{comparison.name}: fitted, relative error {error:.1%}"
         target = (f"{comparison.name}: target", comparison.target)
-        page.pictures([target, (caption, comparison.fitted)], gamma=GAMMA)
+        page.pictures([target, (caption, comparison.fitted)], gamma=gamma)
     page.text(
         "The relative error is the root mean squared difference of cell averages in linear light"
         " over the picture's mean."
@@ -154,8 +159,7 @@ def _parameter_table(
         head += ["hidden value", "off by"]
     rows: list[list[object]] = []
     for estimate in result.estimates:
-        spread = f"± {estimate.uncertainty:.2g}" if estimate.identifiable else "not identifiable"
-        row: list[object] = [estimate.label, estimate.value, spread, estimate.unit or "1"]
+        row: list[object] = [estimate.label, estimate.value, estimate.doubt, estimate.unit or "1"]
         if hidden:
             true = hidden[estimate.label]
             row += [true, f"{abs(estimate.value / true - 1.0):.1%}" if true else ""]

@@ -1,26 +1,20 @@
-"""The photo rig of Tang et al. 2024: one camera, a lamp in front of the cloth and one behind it.
-
-Lengths are the rig's own units, taken as millimetres: the picture shows a square of side
-2 * 8 * tan(26.5 degrees) = 7.977 in the plane z = 0.
-"""
+"""The photo rig: one camera straight above the cloth, a lamp in front of it and one behind it."""
 
 import math
+from dataclasses import dataclass
+from typing import Annotated
 
-from plycloth._check import choice
+from plycloth._check import POSITIVE, ParameterError, Point, Range, choice, number
+from plycloth._value import Description
 from plycloth.camera import PerspectiveCamera
 from plycloth.fabric import Fabric
 from plycloth.light import PointLight
 from plycloth.scene import Scene, Swatch
 
 Vector = tuple[float, float, float]
+Length = Annotated[float, number(POSITIVE)]
 
-CAMERA_HEIGHT = 8.0
-FIELD_OF_VIEW = 53.0
-LAMPS = {"front": (0.0, 8.0, 8.0), "back": (0.0, 0.0, -9.0)}
-INTENSITY = 300.0
-
-PICTURE_SIDE = 2.0 * CAMERA_HEIGHT * math.tan(math.radians(0.5 * FIELD_OF_VIEW))
-"""Side of the square that the rig's pictures show, in millimetres."""
+LAMPS = ("front", "back")
 
 _lamp = choice(*LAMPS)
 
@@ -28,24 +22,82 @@ _lamp = choice(*LAMPS)
 MARGIN = 1.05
 
 
+@dataclass(frozen=True, eq=False, repr=False)
+class PhotoRig(Description):
+    """How photographs of a cloth lit from the front and from behind were taken.
+
+    The cloth lies in the plane z = 0, its middle at the origin. The defaults are the rig of Tang et
+    al. 2024, its units taken as millimetres.
+
+    Parameters
+    ----------
+    camera_height
+        Height of the camera over the cloth's middle, at which it looks, in millimetres.
+    field_of_view
+        Horizontal field of view of the camera in degrees, in (0, 180).
+    front_lamp
+        Position of the lamp that shines on the face, millimetres; z > 0.
+    back_lamp
+        Position of the lamp that shines on the back, millimetres; z < 0.
+    intensity
+        Radiant intensity of either lamp.
+    gamma
+        Photographs hold light ** (1 / gamma).
+
+    Raises
+    ------
+    ParameterError
+        If a value lies outside its range, or a lamp is on the wrong side.
+    TypeError
+        If a value is not of the kind named.
+    """
+
+    camera_height: Length = 8.0
+    field_of_view: Annotated[float, number(Range(0.0, 180.0, exclusive=True))] = 53.0
+    front_lamp: Point = (0.0, 8.0, 8.0)
+    back_lamp: Point = (0.0, 0.0, -9.0)
+    intensity: Annotated[float, number(POSITIVE)] = 300.0
+    gamma: Annotated[float, number(POSITIVE)] = 2.2
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.front_lamp[2] <= 0.0:
+            raise ParameterError(f"PhotoRig.front_lamp must have z > 0, not {self.front_lamp[2]:g}")
+        if self.back_lamp[2] >= 0.0:
+            raise ParameterError(f"PhotoRig.back_lamp must have z < 0, not {self.back_lamp[2]:g}")
+
+    @property
+    def picture_width(self) -> float:
+        """Width of the piece of cloth that a picture shows, in millimetres."""
+        return 2.0 * self.camera_height * math.tan(math.radians(0.5 * self.field_of_view))
+
+    def lamp(self, name: str) -> Vector:
+        """Return the position of the lamp "front" or "back"."""
+        return self.front_lamp if _lamp("lamp", name) == "front" else self.back_lamp
+
+
+RIG = PhotoRig()
+
+
 def photo_rig(
     fabric: Fabric,
     lamp: str,
     *,
+    rig: PhotoRig = RIG,
     rotation: float = 0.0,
     lamp_offset: Vector = (0.0, 0.0, 0.0),
     resolution: tuple[int, int] = (512, 512),
 ) -> Scene:
-    """Return the rig's scene with one of its two lamps lit.
-
-    The authors compare their photographs with rendered ** (1 / 2.2).
+    """Return the scene of a photograph of `fabric` with one of the rig's lamps lit.
 
     Parameters
     ----------
     fabric
         What was photographed.
     lamp
-        "front" (above the picture's upper edge) or "back" (behind the picture's middle).
+        "front" or "back".
+    rig
+        The rig; None given: that of Tang et al. 2024.
     rotation
         By how much the cloth lay turned on the rig, in degrees, counter-clockwise in the picture.
     lamp_offset
@@ -58,19 +110,20 @@ def photo_rig(
     ParameterError
         If there is no such lamp.
     """
-    lamp = _lamp("lamp", lamp)
+    position = rig.lamp(lamp)
     # The cloth stays where it is: camera and lamp turn the other way.
     turn = math.radians(rotation)
-    side = MARGIN * PICTURE_SIDE * (abs(math.cos(turn)) + abs(math.sin(turn)))
+    longest = rig.picture_width * max(1.0, resolution[1] / resolution[0])
+    side = MARGIN * longest * (abs(math.cos(turn)) + abs(math.sin(turn)))
     camera = PerspectiveCamera(
-        origin=(0.0, 0.0, CAMERA_HEIGHT),
+        origin=(0.0, 0.0, rig.camera_height),
         target=(0.0, 0.0, 0.0),
         up=_turned((0.0, 1.0, 0.0), -rotation),
-        fov=FIELD_OF_VIEW,
+        fov=rig.field_of_view,
         resolution=resolution,
     )
-    x, y, z = (a + b for a, b in zip(LAMPS[lamp], lamp_offset, strict=True))
-    light = PointLight(position=_turned((x, y, z), -rotation), intensity=(INTENSITY,) * 3)
+    x, y, z = (a + b for a, b in zip(position, lamp_offset, strict=True))
+    light = PointLight(position=_turned((x, y, z), -rotation), intensity=(rig.intensity,) * 3)
     return Scene(Swatch(fabric, (side, side)), camera, (light,))
 
 

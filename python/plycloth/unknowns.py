@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from plycloth._check import ParameterError, known_name
+from plycloth._check import FINITE, ParameterError, known_name, number, vector
 from plycloth.bsdf import PlyBsdf
 from plycloth.lens import Lens
 
@@ -16,6 +16,9 @@ FloatArray = NDArray[np.float64]
 SETS = ("warp", "weft")
 CHANNELS = ("red", "green", "blue")
 DIRECTIONS = ("along", "across")
+
+
+_range = vector(2, number(FINITE))
 
 
 @dataclass(frozen=True)
@@ -37,7 +40,7 @@ class Parameter:
 
     def from_unit(self, u: float) -> float:
         """Undo `to_unit`."""
-        u = min(max(u, 0.0), 1.0)
+        u = min(max(float(u), 0.0), 1.0)
         if self.logarithmic:
             value = self.low * float(np.exp(u * np.log(self.high / self.low)))
         else:
@@ -161,8 +164,10 @@ def unknowns(
     ParameterError
         If a name is unknown, twice there, a yarn's own though tied, or a range is empty.
     """
-    limits = {name: _limits(name, *bounds[name]) for name in bounds}
-    wanted = list(NAMES) if free is None else list(free)
+    if not isinstance(bounds, Mapping):
+        raise TypeError(f"bounds must be a dict of names and ranges, not {bounds!r}")
+    limits = {name: _limits(name, bounds[name]) for name in bounds}
+    wanted = list(NAMES) if free is None else _names(free)
     found: list[Unknown] = []
     for name in wanted:
         sets, field = _split(name, tie=tie)
@@ -177,6 +182,14 @@ def unknowns(
     return sorted(found, key=lambda u: (u.sets, u.column))
 
 
+def _names(free: object) -> list[str]:
+    if isinstance(free, Iterable) and not isinstance(free, str | bytes):
+        names = list(free)
+        if all(isinstance(name, str) for name in names):
+            return names
+    raise TypeError(f"free must be a list of names of parameters, not {free!r}")
+
+
 def _split(name: str, *, tie: bool) -> tuple[tuple[int, ...], str]:
     yarns, _, field = name.rpartition(".")
     known_name("a free parameter", field, NAMES)
@@ -188,14 +201,18 @@ def _split(name: str, *, tie: bool) -> tuple[tuple[int, ...], str]:
     return (SETS.index(yarns),), field
 
 
-def _limits(name: str, low: float, high: float) -> tuple[float, float]:
+def _limits(name: str, limits: object) -> tuple[float, float]:
     known_name("a bounded parameter", name, NAMES)
     parameter = OPTICAL[NAMES.index(name)]
+    low, high = _range(f"bounds of {name}", limits)
     if not low < high or (parameter.logarithmic and low <= 0.0):
         raise ParameterError(
             f"bounds of {name} must be (low, high) with low < high, not ({low}, {high})"
         )
-    return float(low), float(high)
+    for end in (low, high):
+        value: dict[str, Any] = {name: end}
+        replace(PlyBsdf(), **value)  # raises if the model has no such value
+    return low, high
 
 
 def with_values(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import gcd
 from typing import Any
 
@@ -51,6 +52,30 @@ class WeavePattern:
         return int(self._warp_up.shape[1])
 
     @classmethod
+    def from_rows(cls, rows: str | Sequence[str]) -> WeavePattern:
+        """Return the pattern of rows of `#` (warp on the face) and `.` (weft), as `str` prints it.
+
+        Parameters
+        ----------
+        rows
+            From the top, as one text of lines or as a list.
+
+        Raises
+        ------
+        ValueError
+            If there are none, they differ in length, or hold another character.
+        """
+        lines = rows.split() if isinstance(rows, str) else rows
+        is_rows = isinstance(lines, list | tuple) and all(isinstance(row, str) for row in lines)
+        if not is_rows or not lines or not lines[0]:
+            raise ValueError("rows must be a list of rows such as '#.#.'")
+        for i, row in enumerate(lines):
+            if len(row) != len(lines[0]) or set(row) - {"#", "."}:
+                raise ValueError(f"rows[{i}] must be {len(lines[0])} of '#' and '.', not {row!r}")
+        marks = np.frombuffer("".join(lines).encode(), np.uint8).reshape(len(lines), -1)
+        return cls(marks == ord("#"))
+
+    @classmethod
     def plain(cls) -> WeavePattern:
         """Return the plain weave, 2 picks x 2 ends, the first end up on the first pick."""
         return cls(np.eye(2, dtype=bool))
@@ -77,7 +102,7 @@ class WeavePattern:
         """Return a warp-faced satin: each end passes under one pick in `ends`.
 
         From pick to pick the end that goes under moves by `step` (the counter) to the right.
-        The weft-faced sateen of the same counter is `satin(ends, step).flipped()`, mirrored.
+        The weft-faced sateen of the same counter is `satin(ends, step).flipped().mirrored()`.
 
         Parameters
         ----------
@@ -115,6 +140,10 @@ class WeavePattern:
         """
         block = np.ones((_count("n", n),) * 2, dtype=bool)
         return cls(np.kron(np.eye(2, dtype=bool), block))
+
+    def mirrored(self) -> WeavePattern:
+        """Return the pattern with its ends in the opposite order: a twill leans the other way."""
+        return WeavePattern(self._warp_up[:, ::-1])
 
     def flipped(self) -> WeavePattern:
         """Return the back of the cloth as seen from behind, turned about the warp direction."""

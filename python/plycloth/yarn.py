@@ -30,7 +30,8 @@ class RoundYarn(Description):
         Number of plies, 1 to 12.
     pitch_mm
         Length along the yarn of one full turn of the plies, in millimetres, not 0. Positive is
-        a counter-clockwise twist, negative a clockwise one. None: 8 radii.
+        a right-handed helix (Z twist: counter-clockwise towards who looks against the yarn's
+        direction), negative a left-handed one (S twist). None: 8 radii.
     ply_radius_mm
         Radius of one ply in millimetres, greater than 0. None: as large as fits, which is also
         the upper bound; see `ply_radius`.

@@ -15,7 +15,7 @@ pub enum YarnShape {
         plies: usize,
         /// The radius of each ply.
         ply_radius: f64,
-        /// The length of a turn of the plies; negative turns clockwise.
+        /// The length of a turn of the plies; positive for a right-handed helix.
         pitch: f64,
     },
     /// A ribbon.

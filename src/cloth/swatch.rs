@@ -76,7 +76,7 @@ impl Swatch {
         let layout = Layout::new(&spec, [&relaxed.warp, &relaxed.weft], size);
         let axes = layout.axes();
         let [columns, rows] = [axes[0].len(), axes[1].len()];
-        let (plans, plan_of) = distinct(&layout, columns, rows);
+        let (plans, plan_of) = distinct(&layout, columns, rows, control)?;
         // A little more than the yarns' own: joints of bent plies are wider than the plies.
         let reach = 1.25 * spec.warp.shape.reach().max(spec.weft.shape.reach());
         let [low, high] = layout.height_range();
@@ -191,12 +191,18 @@ impl Swatch {
 }
 
 /// The different plans of a tile, and for each of its blocks the number of its plan and its height.
-fn distinct(layout: &Layout, columns: usize, rows: usize) -> (Vec<BlockPlan>, Vec<(u32, f64)>) {
+fn distinct(
+    layout: &Layout,
+    columns: usize,
+    rows: usize,
+    control: &Control,
+) -> Result<(Vec<BlockPlan>, Vec<(u32, f64)>)> {
     let mut numbers = HashMap::new();
     let mut plans = Vec::new();
     let mut plan_of = Vec::with_capacity(columns * rows);
     // A row at a time: plans that are there already are not kept.
     for row in 0..rows {
+        control.check()?;
         let placed: Vec<_> =
             (0..columns).into_par_iter().map(|column| layout.block([column, row])).collect();
         for Placed { key, plan, height } in placed {
@@ -207,5 +213,5 @@ fn distinct(layout: &Layout, columns: usize, rows: usize) -> (Vec<BlockPlan>, Ve
             plan_of.push((number, height));
         }
     }
-    (plans, plan_of)
+    Ok((plans, plan_of))
 }

@@ -11,6 +11,12 @@ use super::spec::YarnShape;
 /// Phases per symmetry of the yarn.
 pub const PHASES: i64 = 8;
 
+/// Segments that a full turn of the plies is made of, at least.
+const SEGMENTS_PER_TURN: f64 = 16.0;
+
+/// Segments of a ply from one crossing to the next, at least: the yarn itself bends.
+const LEAST_SEGMENTS: usize = 8;
+
 /// A rounding of the pitch by less than this is taken for the sake of fewer phases.
 const ACCEPTED_ERROR: f64 = 0.05;
 
@@ -33,6 +39,12 @@ impl Twist {
             }
             _ => Self { plies: 1, per_crossing: 0 },
         }
+    }
+
+    /// Segments of a ply from one crossing to the next, an even number.
+    pub fn segments_per_crossing(&self) -> usize {
+        let turns = self.per_crossing.unsigned_abs() as f64 / (self.plies * PHASES) as f64;
+        LEAST_SEGMENTS.max(2 * (0.5 * SEGMENTS_PER_TURN * turns).ceil() as usize)
     }
 
     /// The phase, one of [`PHASES`], at the start of a crossing's slot.
@@ -78,6 +90,15 @@ mod tests {
                     (0.5 / (plies as i64 * PHASES) as f64).max(ACCEPTED_ERROR / pitch.abs());
                 assert!((turns - 1.0 / pitch).abs() <= worst, "{plies} {pitch} {turns}");
             }
+        }
+    }
+
+    #[test]
+    fn a_turn_is_round_whatever_the_pitch() {
+        for pitch in [0.2, 0.45, 1.0, 4.0, -0.3] {
+            let segments = Twist::new(&yarn(3, pitch), 1.0).segments_per_crossing();
+            assert!(segments >= 8 && segments % 2 == 0);
+            assert!(segments as f64 * pitch.abs() >= 0.9 * SEGMENTS_PER_TURN, "{pitch} {segments}");
         }
     }
 

@@ -9,8 +9,8 @@ use crate::accel::bilinear::Edge;
 use crate::accel::cylinder::Joint;
 use crate::weave::curve::Segment;
 
-/// Segments of a ply (or patches of a ribbon) from one crossing to the next.
-pub const SEGMENTS_PER_CROSSING: usize = 8;
+/// Patches of a ribbon from one crossing to the next.
+const PATCHES_PER_CROSSING: usize = 8;
 
 /// Which way a yarn runs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -49,14 +49,15 @@ struct Station {
 }
 
 impl YarnPath {
-    /// The joints of ply `ply` of a round yarn.
+    /// The joints of ply `ply` of a round yarn: a helix about its centre line, right-handed if the
+    /// twist is positive.
     pub fn ply(&self, shape: &YarnShape, twist: Twist, ply: usize) -> Vec<Joint> {
         let helix_radius = shape.helix_radius();
         let points: Vec<_> = self
-            .stations()
+            .stations(twist.segments_per_crossing())
             .map(|station| {
                 let (sin, cos) = twist.angle(self.phase, station.crossings, ply).sin_cos();
-                station.center + helix_radius * (cos * station.side + sin * station.normal)
+                station.center + helix_radius * (cos * station.side - sin * station.normal)
             })
             .collect();
         let chord = |i: usize| (points[i + 1] - points[i]).normalize();
@@ -67,7 +68,7 @@ impl YarnPath {
 
     /// The edges of a ribbon of the given width.
     pub fn ribbon(&self, width: f64) -> Vec<Edge> {
-        self.stations()
+        self.stations(PATCHES_PER_CROSSING)
             .map(|Station { center, side, normal, tangent, .. }| {
                 let half = 0.5 * width * side;
                 Edge { left: center - half, right: center + half, normal, tangent }
@@ -75,17 +76,17 @@ impl YarnPath {
             .collect()
     }
 
-    fn stations(&self) -> impl Iterator<Item = Station> + '_ {
+    /// Places along the yarn, `segments` (an even number) to a slot.
+    fn stations(&self, segments: usize) -> impl Iterator<Item = Station> + '_ {
         let mut starts = vec![self.start];
         starts.extend(self.slots.iter().scan(self.start, |end, slot| {
             *end += slot;
             Some(*end)
         }));
-        let count = self.slots.len() * SEGMENTS_PER_CROSSING;
+        let count = self.slots.len() * segments;
         (0..=count).map(move |step| {
-            let slot = (step / SEGMENTS_PER_CROSSING).min(self.slots.len() - 1);
-            let fraction =
-                (step - slot * SEGMENTS_PER_CROSSING) as f64 / SEGMENTS_PER_CROSSING as f64;
+            let slot = (step / segments).min(self.slots.len() - 1);
+            let fraction = (step - slot * segments) as f64 / segments as f64;
             self.station(slot, starts[slot], fraction)
         })
     }
@@ -106,5 +107,35 @@ impl YarnPath {
         let tangent = (direction + slope * DVec3::Z).normalize();
         let crossings = slot as f64 + fraction;
         Station { center, tangent, side, normal: side.cross(tangent), crossings }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn straight(set: YarnSet) -> YarnPath {
+        let knots = vec![(0.3, 0.0); 9];
+        YarnPath { set, offset: 0.5, start: 0.0, slots: vec![1.0; 4], knots, phase: 0 }
+    }
+
+    #[test]
+    fn plies_of_positive_pitch_turn_like_a_right_handed_screw() {
+        for (set, axis) in [(YarnSet::Warp, DVec3::Y), (YarnSet::Weft, DVec3::X)] {
+            for pitch in [4.0, -4.0, 0.9] {
+                let shape = YarnShape::Round { radius: 0.4, plies: 2, ply_radius: 0.2, pitch };
+                let path = straight(set);
+                let middle = path.stations(2).next().unwrap().center;
+                let spokes: Vec<_> = path
+                    .ply(&shape, Twist::new(&shape, 1.0), 0)
+                    .iter()
+                    .map(|joint| (joint.point - middle).reject_from(axis))
+                    .collect();
+                for pair in spokes.windows(2) {
+                    let turn = pair[0].cross(pair[1]).dot(axis);
+                    assert!(turn * pitch > 0.0, "{set:?} {pitch} {turn}");
+                }
+            }
+        }
     }
 }

@@ -6,8 +6,10 @@ use glam::DVec3;
 use numpy::ndarray::ArrayView1;
 use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3};
 use pyo3::prelude::*;
+use rayon::prelude::*;
 
 use crate::cloth::spec::{ClothSpec, YarnShape, YarnSpec};
+use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::math::color::Rgb;
 use crate::render::camera::{Camera, Projection};
@@ -73,6 +75,7 @@ pub struct DiffuseDescription {
     reflectance: Triple,
 }
 
+/// A BSDF of any kind.
 #[derive(FromPyObject)]
 enum BsdfDescription {
     Ply(PlyBsdfDescription),
@@ -179,39 +182,53 @@ impl FabricDescription<'_> {
         .checked()
     }
 
-    /// The materials of ends and picks: one for each different colour of each set, the warp's first.
-    pub fn materials(&self) -> Result<Materials> {
+    /// The BSDF and colour of each material: one for each different colour of ends and of picks.
+    pub fn palette(&self) -> Palette<'_> {
         let (picks, ends) = self.pattern.warp_up.as_array().dim();
-        let mut list = Vec::new();
-        let mut warp = palette(&mut list, &self.warp.bsdf, self.warp_colors.as_ref(), ends)?;
-        let mut weft = palette(&mut list, &self.weft.bsdf, self.weft_colors.as_ref(), picks)?;
-        warp.truncate(ends);
+        let mut dyed = Vec::new();
+        let warp = dye(&mut dyed, &self.warp.bsdf, self.warp_colors.as_ref(), ends);
+        let mut weft = dye(&mut dyed, &self.weft.bsdf, self.weft_colors.as_ref(), picks);
         weft.reverse();
-        Ok(Materials { list, of_yarn: [warp, weft] })
+        Palette { dyed, of_yarn: [warp, weft] }
     }
 }
 
-/// Adds a material for each different colour to `list`; answers the number of each yarn's.
-fn palette(
-    list: &mut Vec<Material>,
-    bsdf: &BsdfDescription,
+/// The materials of a fabric, before they are prepared.
+pub struct Palette<'a> {
+    dyed: Vec<(&'a BsdfDescription, Rgb)>,
+    /// The number of each end's and each pick's (counted from the bottom).
+    of_yarn: [Vec<u32>; 2],
+}
+
+impl Palette<'_> {
+    /// Prepares them.
+    pub fn materials(self, control: &Control) -> Result<Materials> {
+        let prepared = |(bsdf, color): &(&BsdfDescription, Rgb)| {
+            control.check()?;
+            bsdf.material(*color)
+        };
+        let list = self.dyed.par_iter().map(prepared).collect::<Result<_>>()?;
+        Ok(Materials { list, of_yarn: self.of_yarn })
+    }
+}
+
+/// Adds `bsdf` with each different colour to `dyed`; answers the number of each yarn's.
+fn dye<'a>(
+    dyed: &mut Vec<(&'a BsdfDescription, Rgb)>,
+    bsdf: &'a BsdfDescription,
     colors: Option<&PyReadonlyArray2<'_, f64>>,
     count: usize,
-) -> Result<Vec<u32>> {
+) -> Vec<u32> {
     let mut numbers: HashMap<[u64; 3], u32> = HashMap::new();
     (0..count)
         .map(|yarn| {
             let color = colors.map_or(Rgb::ONE, |colors| {
                 Rgb::from_array([0, 1, 2].map(|channel| colors.as_array()[[yarn, channel]]))
             });
-            let key = color.to_array().map(f64::to_bits);
-            if let Some(&number) = numbers.get(&key) {
-                return Ok(number);
-            }
-            let number = list.len() as u32;
-            list.push(bsdf.material(color)?);
-            numbers.insert(key, number);
-            Ok(number)
+            *numbers.entry(color.to_array().map(f64::to_bits)).or_insert_with(|| {
+                dyed.push((bsdf, color));
+                dyed.len() as u32 - 1
+            })
         })
         .collect()
 }

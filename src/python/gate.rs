@@ -1,5 +1,5 @@
-//! The one gate between Python and the core: releases the GIL, watches for Ctrl-C, reports progress,
-//! maps errors.
+//! The one gate between Python and the core: releases the GIL, provides threads, watches for Ctrl-C,
+//! reports progress, maps errors.
 
 use std::sync::mpsc::{self, RecvTimeoutError};
 use std::thread;
@@ -7,6 +7,7 @@ use std::time::Duration;
 
 use pyo3::exceptions::{PyKeyboardInterrupt, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
+use rayon::ThreadPoolBuilder;
 
 use crate::control::Control;
 use crate::error::{Error, Result};
@@ -24,10 +25,15 @@ impl From<Error> for PyErr {
     }
 }
 
-/// Runs `work` on a thread of its own without the GIL, while this one watches for signals and calls
-/// `progress(done)`; an exception from either stops the work and is raised once it has ended.
+/// Runs `work` without the GIL on `threads` threads (`None`: one per processor), while this one
+/// watches for signals and calls `progress(done)`; an exception from either stops the work and is
+/// raised once it has ended.
+///
+/// The threads are made for this call: those of a pool kept from call to call would be missing in a
+/// forked process.
 pub fn run<T: Send>(
     py: Python<'_>,
+    threads: Option<usize>,
     progress: Option<&Bound<'_, PyAny>>,
     work: impl FnOnce(&Control) -> Result<T> + Send,
 ) -> PyResult<T> {
@@ -37,7 +43,7 @@ pub fn run<T: Send>(
         let (send, mut receive) = mpsc::sync_channel(1);
         let control = &control;
         let worker = scope.spawn(move || {
-            let _ = send.send(work(control));
+            let _ = send.send(on_threads(threads, || work(control)));
         });
         loop {
             // An exclusive borrow: a receiver may be sent to another thread, but not shared.
@@ -63,6 +69,14 @@ pub fn run<T: Send>(
         Some(error) => Err(error),
         None => Ok(result?),
     }
+}
+
+fn on_threads<T: Send>(
+    threads: Option<usize>,
+    work: impl FnOnce() -> Result<T> + Send,
+) -> Result<T> {
+    let pool = ThreadPoolBuilder::new().num_threads(threads.unwrap_or(0)).build();
+    pool.map_err(|error| Error::invalid("threads", error.to_string()))?.install(work)
 }
 
 fn watch(py: Python<'_>, progress: Option<&Bound<'_, PyAny>>, control: &Control) -> PyResult<()> {

@@ -3,12 +3,11 @@
 use numpy::ndarray::Array3;
 use numpy::{IntoPyArray, PyArray3};
 use pyo3::prelude::*;
-use rayon::ThreadPoolBuilder;
 
 use super::describe::{self, FabricDescription, PlyBsdfDescription};
 use super::gate;
 use crate::cloth::swatch::Swatch;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::math::color::Rgb;
 use crate::math::rng::Sampler;
 use crate::render::driver::{Film, Pixel};
@@ -24,15 +23,6 @@ fn limits(max_depth: u32, both_sides: bool) -> PathLimits {
     PathLimits { max_depth, roulette_depth: ROULETTE_DEPTH, both_sides }
 }
 
-/// Runs `work` on `threads` threads; on all there are if `None`.
-fn on_threads<T: Send>(
-    threads: Option<usize>,
-    work: impl FnOnce() -> Result<T> + Send,
-) -> Result<T> {
-    let pool = ThreadPoolBuilder::new().num_threads(threads.unwrap_or(0)).build();
-    pool.map_err(|error| Error::invalid("threads", error.to_string()))?.install(work)
-}
-
 /// A scene, ready for rays.
 #[pyclass(frozen, module = "plycloth._plycloth")]
 pub struct CompiledScene(Scene);
@@ -40,26 +30,23 @@ pub struct CompiledScene(Scene);
 #[pymethods]
 impl CompiledScene {
     #[new]
-    #[pyo3(signature = (scene, progress=None))]
-    fn new(scene: &Bound<'_, PyAny>, progress: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
+    #[pyo3(signature = (scene, threads=None))]
+    fn new(scene: &Bound<'_, PyAny>, threads: Option<usize>) -> PyResult<Self> {
         let swatch = scene.getattr("swatch")?;
         let size: [f64; 2] = swatch.getattr("extent_mm")?.extract()?;
         let fabric_object = swatch.getattr("fabric")?;
         let fabric: FabricDescription<'_> = fabric_object.extract()?;
-        let (spec, materials) = (fabric.cloth()?, fabric.materials()?);
+        let (spec, palette) = (fabric.cloth()?, fabric.palette());
         let camera = describe::camera(&scene.getattr("camera")?)?;
         let lights = scene.getattr("lights")?;
         let lights =
             lights.try_iter()?.map(|light| describe::light(&light?)).collect::<PyResult<_>>()?;
         let shapes = [spec.warp.shape, spec.weft.shape];
-        let swatch = gate::run(scene.py(), progress, |control| Swatch::new(&spec, size, control))?;
+        let py = scene.py();
+        let (swatch, materials) = gate::run(py, threads, None, |control| {
+            Ok((Swatch::new(&spec, size, control)?, palette.materials(control)?))
+        })?;
         Ok(Self(Scene { swatch, shapes, materials, camera, lights: Lights(lights) }))
-    }
-
-    /// How many different blocks of crossings the cloth is made of.
-    #[getter]
-    fn distinct_blocks(&self) -> usize {
-        self.0.swatch.distinct_blocks()
     }
 }
 
@@ -70,8 +57,8 @@ pub struct CompiledFilm(Film);
 #[pymethods]
 impl CompiledFilm {
     #[new]
-    fn new(scene: &CompiledScene, seed: u64, max_depth: u32, both_sides: bool) -> Self {
-        Self(Film::new(&scene.0, seed, limits(max_depth, both_sides)))
+    fn new(scene: &CompiledScene, seed: u64, max_depth: u32, both_sides: bool) -> Result<Self> {
+        Ok(Self(Film::new(&scene.0, seed, limits(max_depth, both_sides))?))
     }
 
     #[pyo3(signature = (scene, spp, threads=None, progress=None))]
@@ -84,7 +71,7 @@ impl CompiledFilm {
         progress: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<()> {
         let (film, scene) = (&mut self.0, &scene.0);
-        gate::run(py, progress, |control| on_threads(threads, || film.run(scene, spp, control)))
+        gate::run(py, threads, progress, |control| film.run(scene, spp, control))
     }
 
     /// The mean of the samples, H x W x 3.
@@ -100,6 +87,11 @@ impl CompiledFilm {
     #[getter]
     fn samples(&self) -> u32 {
         self.0.target()
+    }
+
+    /// How many samples a run of `spp` would take: those of a run that was stopped, too.
+    fn remaining(&self, spp: u32) -> u64 {
+        self.0.remaining(spp)
     }
 }
 
@@ -148,8 +140,8 @@ impl CompiledTape {
         progress: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         let (scene, limits) = (&scene.0, limits(max_depth, true));
-        let tape = gate::run(py, progress, |control| {
-            on_threads(threads, || Tape::record(scene, grid, paths, seed, limits, control))
+        let tape = gate::run(py, threads, progress, |control| {
+            Tape::record(scene, grid, paths, seed, limits, control)
         })?;
         Ok(Self(tape))
     }
@@ -165,9 +157,8 @@ impl CompiledTape {
     ) -> PyResult<Averages<'py>> {
         let parameters =
             bsdfs.iter().map(|bsdf| bsdf.parameters(Rgb::ONE)).collect::<Result<Vec<_>>>()?;
-        let averages = gate::run(py, None, |control| {
-            on_threads(threads, || self.0.evaluate(&parameters, control))
-        })?;
+        let averages =
+            gate::run(py, threads, None, |control| self.0.evaluate(&parameters, control))?;
         let [columns, rows] = self.0.grid;
         let shape = (3 * columns * rows, parameters.len(), parameter::COUNT);
         let values = Array3::from_shape_vec((rows, columns, 3), averages.values);

@@ -143,7 +143,7 @@ fn for_each<T: Sync, U: Send>(
     items: &[T],
     work: impl Fn(usize, &T) -> U + Sync + Send,
 ) -> PyResult<Vec<U>> {
-    gate::run(py, None, |control| {
+    gate::run(py, None, None, |control| {
         let each = |(row, item)| control.check().map(|()| work(row, item));
         items.par_iter().enumerate().map(each).collect()
     })

@@ -34,7 +34,7 @@ pub fn relax<'py>(
         weft: yarn_set(weft),
         collision_stiffness,
     };
-    let relaxed = gate::run(py, None, |control| relax_cell(&problem, control))?;
+    let relaxed = gate::run(py, None, None, |control| relax_cell(&problem, control))?;
     let (warp, weft) = (curve_arrays(py, &relaxed.warp), curve_arrays(py, &relaxed.weft));
     Ok((relaxed.energy, relaxed.gradient_norm, relaxed.iterations, warp, weft))
 }

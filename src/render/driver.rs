@@ -9,6 +9,9 @@ use crate::error::{Error, Result};
 use crate::math::color::Rgb;
 use crate::math::rng::Sampler;
 
+/// Samples of a pixel between two looks at whether to stop.
+const SAMPLES_PER_CHECK: u32 = 64;
+
 /// What a pixel has gathered: sums over its samples, always in the order of the samples.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Pixel {
@@ -52,9 +55,15 @@ pub struct Film {
 
 impl Film {
     /// An empty picture for `scene`.
-    pub fn new(scene: &Scene, seed: u64, limits: PathLimits) -> Self {
+    pub fn new(scene: &Scene, seed: u64, limits: PathLimits) -> Result<Self> {
         let [width, height] = scene.camera.resolution;
-        Self { seed, limits, pixels: vec![Pixel::default(); width * height], target: 0 }
+        let mut pixels = Vec::new();
+        pixels.try_reserve_exact(width * height).map_err(|_| {
+            let problem = format!("of {width} x {height} pixels does not fit into memory");
+            Error::invalid("camera.resolution", problem)
+        })?;
+        pixels.resize(width * height, Pixel::default());
+        Ok(Self { seed, limits, pixels, target: 0 })
     }
 
     /// Takes `samples` more samples of every pixel. If stopped, what was gathered is kept, and the
@@ -66,15 +75,17 @@ impl Film {
         let (seed, limits, target) = (self.seed, self.limits, self.target);
         let width = scene.camera.resolution[0];
         self.pixels.par_iter_mut().enumerate().with_max_len(64).try_for_each(|(i, pixel)| {
-            control.check()?;
-            let start = pixel.samples;
             while pixel.samples < target {
-                let mut sampler = Sampler::new(seed, i as u64, u64::from(pixel.samples));
-                let [dx, dy] = sampler.next_2d();
-                let ray = scene.camera.ray((i % width) as f64 + dx, (i / width) as f64 + dy);
-                pixel.add(radiance(scene, ray, limits, sampler, &mut NoRecorder));
+                control.check()?;
+                let samples = pixel.samples..target.min(pixel.samples + SAMPLES_PER_CHECK);
+                control.advance(samples.len() as u64);
+                for sample in samples {
+                    let mut sampler = Sampler::new(seed, i as u64, u64::from(sample));
+                    let [dx, dy] = sampler.next_2d();
+                    let ray = scene.camera.ray((i % width) as f64 + dx, (i / width) as f64 + dy);
+                    pixel.add(radiance(scene, ray, limits, sampler, &mut NoRecorder));
+                }
             }
-            control.advance(u64::from(target - start));
             Ok(())
         })
     }
@@ -82,6 +93,12 @@ impl Film {
     /// The pixels, row by row from the top.
     pub fn pixels(&self) -> &[Pixel] {
         &self.pixels
+    }
+
+    /// How many samples a run of `samples` more per pixel would take.
+    pub fn remaining(&self, samples: u32) -> u64 {
+        let target = u64::from(self.target) + u64::from(samples);
+        self.pixels.iter().map(|pixel| target - u64::from(pixel.samples)).sum()
     }
 
     /// Samples per pixel asked for so far.

@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 use glam::DVec3;
 
 use crate::accel::ray::Ray;
-use crate::math::color::{Rgb, luminance};
+use crate::math::color::{Rgb, mean};
 use crate::sampling::distribution::Distribution2d;
 use crate::sampling::warp::{SPHERE_PDF, square_to_sphere};
 
@@ -102,7 +102,7 @@ impl Environment {
             .iter()
             .enumerate()
             .map(|(i, &color)| {
-                luminance(color) * (PI * ((i / width) as f64 + 0.5) / height as f64).sin()
+                mean(color) * (PI * ((i / width) as f64 + 0.5) / height as f64).sin()
             })
             .collect();
         let distribution = Distribution2d::new(&weights, width);

@@ -20,7 +20,7 @@ use super::dielectric::RoughDielectric;
 use super::fresnel::fresnel;
 use super::ggx::Ggx;
 use crate::error::{Result, check_range};
-use crate::math::color::{Rgb, luminance};
+use crate::math::color::{Rgb, mean};
 use crate::math::dual::{Real, constant, dot};
 use crate::math::rng::Sampler;
 use crate::sampling::warp::{square_to_cosine_hemisphere, square_to_cosine_hemisphere_pdf};
@@ -220,20 +220,20 @@ impl PlyBsdf {
     #[inline]
     pub fn crossing(&self, wo: DVec3, passage: Option<Passage>) -> Crossing {
         let p = &self.parameters;
-        let mirror = luminance(p.specular_tint) * fresnel(wo.z, p.eta);
+        let mirror = mean(p.specular_tint) * fresnel(wo.z, p.eta);
         let Some(passage) = passage else {
             let entry_probabilities = [1.0, 0.0, 0.0];
             return Crossing { passage: None, entry_probabilities, exit_probabilities: [0.0; 2] };
         };
         let terms = self.optics.passage(wo, &passage);
         let body_albedo = Rgb::from_array([0, 1, 2].map(|c| self.body[c].albedo(wo.z)));
-        let body = p.body_reflection * terms.entered * terms.body * luminance(body_albedo);
+        let body = p.body_reflection * terms.entered * terms.body * mean(body_albedo);
         let passed = 1.0 - terms.body + LEAST_TRANSMISSION * terms.transmittance;
         let exit = [
-            luminance(p.transmission_tint) * passed,
-            luminance(p.transmitted_color) * (1.0 - p.body_reflection) * terms.body,
+            mean(p.transmission_tint) * passed,
+            mean(p.transmitted_color) * (1.0 - p.body_reflection) * terms.body,
         ];
-        let through = luminance(p.specular_tint) * terms.entered * (exit[0] + exit[1]);
+        let through = mean(p.specular_tint) * terms.entered * (exit[0] + exit[1]);
         Crossing {
             passage: Some((passage, terms)),
             entry_probabilities: normalised([mirror, body, through]),

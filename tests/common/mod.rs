@@ -102,7 +102,7 @@ pub fn furnace() -> Vec<Light> {
 /// Mean over all pixels, and its standard error.
 pub fn mean_radiance(scene: &Scene, spp: u32, max_depth: u32) -> (Rgb, Rgb) {
     let limits = PathLimits { max_depth, roulette_depth: 5.min(max_depth), both_sides: false };
-    let mut film = Film::new(scene, 1, limits);
+    let mut film = Film::new(scene, 1, limits).unwrap();
     film.run(scene, spp, &Control::default()).unwrap();
     let n = film.pixels().len() as f64;
     let mean = film.pixels().iter().map(|pixel| pixel.mean()).sum::<Rgb>() / n;
