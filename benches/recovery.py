@@ -1,10 +1,10 @@
 """Whether a fit finds what was hidden: `python -m benches.recovery`.
 
 A satin whose ends are ribbons and whose picks are round yarns is rendered on the photo rig, lit
-from the front and from behind. All optical parameters of both yarns are then looked for, from the same
-start for both. Printed for each: the hidden value, what was found, how far off that is, and how far
-off noise as large as what the fit left could put it. What the pictures cannot tell to 2.5% is named
-with the parameters that it trades with.
+from the front and from behind. All optical parameters of both yarns are then looked for, from the
+same start for both. Printed for each: the hidden value, what was found, how far off that is, and
+how far off noise as large as what the fit left could put it. What the pictures cannot tell to 2.5%
+is named with the parameters that it trades with.
 """
 
 import argparse

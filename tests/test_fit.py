@@ -69,6 +69,7 @@ def problem(lenses):
         space=_Space(start, unknowns(None, tie=False, bounds={}), lens_unknowns(True, "each", 2)),
         paths=64,
         max_depth=5,
+        weights=[1.0, 0.4],
         threads=None,
     )
     u = everything.space.encode(start)
@@ -164,6 +165,8 @@ FRONT = ("front",)
         ({"falloff": "both"}, "falloff"),
         ({"lenses": [Lens(), Lens()]}, "lenses must be one per scene: 1, not 2"),
         ({"threads": 0}, "threads"),
+        ({"weights": [1.0, 1.0]}, "weights must be 1 numbers, not 2"),
+        ({"weights": [0.0]}, r"weights\[0\] must be finite and greater than 0"),
         ({"objective": "mean"}, "objective"),
         ({"paths": 0}, "paths"),
         ({"cells": 0}, "cells"),

@@ -52,7 +52,7 @@ class Effort:
     photo_spp: int = 96
     paths: int = 400
     rounds: int = 8
-    evaluations: int = 15
+    evaluations: int = 6
 
 
 FULL = Effort()

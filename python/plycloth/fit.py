@@ -3,8 +3,10 @@
 The paper minimises the distance of average intensities by SLSQP with finite differences. Here
 averages over a grid of cells are compared, and their derivatives are exact: paths are drawn once
 from the parameters that a round starts with, and re-weighted for all others
-(`_plycloth.CompiledTape`), so that the objective of a round is a smooth function. SLSQP minimises
-it within a trust region; then new paths are drawn at the new parameters, until nothing moves.
+(`_plycloth.CompiledTape`), so that the objective of a round is a smooth function. It is a sum of
+squares with known slopes: Gauss-Newton steps lower it, each found by SLSQP on the quadratic model
+within bounds and a trust region. Then new paths are drawn at the new parameters, until nothing
+moves.
 
 Squares of noisy differences count the noise as error. Every picture is therefore drawn twice, with
 independent paths: errors are reported as the product of the two differences, whose expectation has
@@ -21,7 +23,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plycloth import _plycloth
-from plycloth._check import ParameterError, choice, integer, optional
+from plycloth._check import (
+    POSITIVE,
+    ParameterError,
+    choice,
+    integer,
+    number,
+    optional,
+    vector,
+)
 from plycloth.bsdf import PlyBsdf
 from plycloth.cells import cell_averages
 from plycloth.fit_result import Estimate, FitResult, Match, Step
@@ -47,6 +57,12 @@ Residuals = tuple[FloatArray, FloatArray]
 OBJECTIVES = ("grid", "average")
 TRUST_RADIUS = 0.15
 SMALLEST_TRUST_RADIUS = 0.01
+# Of Gauss-Newton steps: relative to the mean squared slope.
+FIRST_DAMPING = 1e-2
+# Steps that gain less than this part of the objective end a round.
+LEAST_GAIN = 3e-3
+# Of the quadratic model, for one step.
+MODEL_EVALUATIONS = 400
 # A round that gains less than this part of the objective counts as a standstill.
 STANDSTILL = 0.01
 MOST_STANDSTILLS = 4
@@ -125,9 +141,10 @@ def fit(
     lenses: Sequence[Lens] | None = None,
     objective: str = "grid",
     cells: int = 16,
+    weights: Sequence[float] | None = None,
     paths: int = 128,
     rounds: int = 12,
-    evaluations: int = 20,
+    evaluations: int = 6,
     max_depth: int = 8,
     seed: int = 0,
     threads: int | None = None,
@@ -166,10 +183,12 @@ def fit(
         and channels and summed over pictures.
     cells
         Rows and columns of the grid, 1 to 256.
+    weights
+        Per picture: a factor on its part of the objective, greater than 0; None: 1.
     paths
         Paths per cell, at most 131072: two independent halves, each best a power of two.
     rounds, evaluations
-        At most so many times new paths are drawn, and SLSQP evaluates in between.
+        At most so many times new paths are drawn, and the objective is evaluated in between.
     max_depth
         As in `render`.
     seed
@@ -198,6 +217,7 @@ def fit(
         space=_Space(start, optical, camera),
         paths=max(1, _paths("paths", paths) // 2),
         max_depth=_count("max_depth", max_depth),
+        weights=_picture_weights(weights, len(scene_list)),
         threads=_threads("threads", threads),
     )
     rounds, evaluations = _count("rounds", rounds), _count("evaluations", evaluations)
@@ -214,6 +234,7 @@ class _Problem:
     space: _Space
     paths: int
     max_depth: int
+    weights: Sequence[float]
     threads: int | None
 
     def record(self, u: FloatArray, seed: int) -> list[Tapes]:
@@ -268,7 +289,7 @@ class _Problem:
                 values, derivatives = self.cells(pair[half], picture, u)
                 # A photograph is saturated at 1: what is brighter looks the same.
                 seen = (values < 1.0) | (target < 1.0)
-                scale = 1.0 / (target.mean() * target.size**0.5)
+                scale = (self.weights[picture] / target.size) ** 0.5 / target.mean()
                 difference = np.where(seen, values - target, 0.0) * scale
                 slopes = np.where(seen[..., None], derivatives, 0.0) * scale
                 parts.append((difference.ravel(), slopes.reshape(-1, len(u))))
@@ -278,9 +299,13 @@ class _Problem:
 
     def objective(self, tapes: Sequence[Tapes], u: FloatArray) -> tuple[float, FloatArray]:
         """Return the relative squared error, summed over pictures, and its gradient."""
+        difference, slopes = self.differences(tapes, u)
+        return float(difference @ difference), 2.0 * difference @ slopes
+
+    def differences(self, tapes: Sequence[Tapes], u: FloatArray) -> Residuals:
+        """Return differences and slopes by both halves together."""
         (first, slopes_first), (second, slopes_second) = self.residuals(tapes, u)
-        difference = 0.5 * (first + second)
-        return float(difference @ difference), difference @ (slopes_first + slopes_second)
+        return 0.5 * (first + second), 0.5 * (slopes_first + slopes_second)
 
 
 def _solve(
@@ -325,28 +350,58 @@ def _minimise(
     radius: float,
     evaluations: int,
 ) -> tuple[FloatArray, int, float]:
-    """SLSQP on one set of paths, no further than `radius` from `u` along each unknown."""
-    best, best_value = u, np.inf
+    """Gauss-Newton on one set of paths, no further than `radius` from `u` in each unknown."""
+    low, high = np.maximum(0.0, u - radius), np.minimum(1.0, u + radius)
+    best, damping = u, FIRST_DAMPING
+    left, slopes = problem.differences(tapes, u)
+    value = float(left @ left)
+    for used in range(2, evaluations + 1):
+        proposed = _model_minimum(left, slopes, best, (low, high), damping)
+        reached, reached_slopes = problem.differences(tapes, proposed)
+        gain = value - float(reached @ reached)
+        if gain > 0.0:
+            best, left, slopes, value = proposed, reached, reached_slopes, value - gain
+            damping *= 0.3
+            if gain < LEAST_GAIN * value:
+                return best, used, value
+        else:
+            damping *= 10.0
+    return best, evaluations, value
+
+
+def _model_minimum(
+    left: FloatArray,
+    slopes: FloatArray,
+    u: FloatArray,
+    bounds: tuple[FloatArray, FloatArray],
+    damping: float,
+) -> FloatArray:
+    """SLSQP on the squares of left + slopes (x - u), damped, within bounds.
+
+    The problem has as many unknowns as the fit, and no paths: it takes milliseconds.
+    """
+    squares = slopes.T @ slopes
+    hessian = squares + damping * np.trace(squares) / len(u) * np.eye(len(u))
+    slope = slopes.T @ left
 
     def objective(x: FloatArray, gradient: FloatArray) -> float:
-        nonlocal best, best_value
-        value, slope = problem.objective(tapes, x)
+        step = x - u
+        curved = hessian @ step
         if gradient.size:
-            gradient[:] = slope
-        if value < best_value:
-            best, best_value = x.copy(), value
-        return value
+            gradient[:] = 2.0 * (curved + slope)
+        return float(step @ (curved + 2.0 * slope))
 
     solver = nlopt.opt(nlopt.LD_SLSQP, len(u))
-    solver.set_lower_bounds(np.maximum(0.0, u - radius))
-    solver.set_upper_bounds(np.minimum(1.0, u + radius))
+    solver.set_lower_bounds(bounds[0])
+    solver.set_upper_bounds(bounds[1])
     solver.set_min_objective(objective)
-    solver.set_maxeval(evaluations)
-    solver.set_ftol_rel(1e-4)
-    # Where the line search runs into the last digits, the best point seen stands.
+    solver.set_maxeval(MODEL_EVALUATIONS)
+    solver.set_ftol_rel(1e-6)
+    best = u
+    # Where the line search runs into the last digits, no step is taken.
     with suppress(nlopt.RoundoffLimited):
-        solver.optimize(u)
-    return best, solver.get_numevals(), best_value
+        best = solver.optimize(u)
+    return np.clip(best, *bounds)
 
 
 def _result(
@@ -447,6 +502,12 @@ def _start_lenses(lenses: Sequence[Lens] | None, pictures: int) -> list[Lens]:
     if len(lenses) != pictures:
         raise ParameterError(f"lenses must be one per scene: {pictures}, not {len(lenses)}")
     return list(lenses)
+
+
+def _picture_weights(weights: Sequence[float] | None, pictures: int) -> list[float]:
+    if weights is None:
+        return [1.0] * pictures
+    return list(vector(pictures, number(POSITIVE))("weights", weights))
 
 
 def _targets(scenes: Sequence[Scene], images: object, cells: int) -> list[FloatArray]:

@@ -123,7 +123,7 @@ class FitResult:
     steps
         The rounds.
     evaluations
-        Times that SLSQP asked for value and gradient.
+        Times that paths were re-weighted for value and derivatives.
     message
         Why it ended.
     """

@@ -17,6 +17,8 @@ FloatArray = NDArray[np.float64]
 PROBES = np.array([1.0, 0.03, 0.03, 0.03])
 LIMITS = np.array([8.0, 0.1875, 0.1875, 0.1875])
 ITERATIONS = 3
+# A step that leaves more than this part of the squares is the last.
+WORTHWHILE = 0.97
 # Added to the squares of what a probe changes, relative to their mean: what hardly shows stays.
 DAMPING = 0.02
 
@@ -78,12 +80,13 @@ def find_placement(
         squares = changes @ changes.T
         damped = squares + DAMPING * np.trace(squares) / len(squares) * np.eye(len(squares))
         step = -np.linalg.solve(damped, changes @ left) * np.diag(probes)
+        before = left @ left
         for scale in (1.0, 0.5, 0.25):
             moved = np.clip(best + scale * step, -limits, limits)
             reached = residuals(at(moved))
-            if reached @ reached < left @ left:
+            if reached @ reached < before:
                 best, left = moved, reached
                 break
-        else:
+        if left @ left > WORTHWHILE * before:
             break
     return at(best)

@@ -1,8 +1,12 @@
 """The search for what photographs leave open about a cloth: an outer loop around `fit`.
 
-Every geometry that is guessed gets a short fit. The best ones are refined: cloth and lamps are
-placed, the optics fitted again. Then the yarns of the best one are varied, and what is better is
-kept. Errors are compared as noise leaves them unbiased (`Match.error`).
+Every geometry that is guessed gets a short fit. The better half goes on: cloth and lamps are
+placed, the optics fitted again; and so on, until few are left, which get longer fits. Then the
+yarns of the best one are varied, and the best of all are fitted once more, longest. Errors are
+compared as noise leaves them unbiased (`Match.error`).
+
+Both pictures should be explained: it is the sum of the fourth powers of their errors that is made
+small, by weights on the squares that `fit` sums up.
 """
 
 from collections.abc import Callable, Sequence
@@ -31,13 +35,18 @@ class Effort:
     evaluations: int
 
 
-# Of the first fit of each geometry, of those that refine one, and of the last.
-SKETCH = Effort(cells=8, paths=128, rounds=5, evaluations=8)
-DRAWING = Effort(cells=16, paths=256, rounds=3, evaluations=8)
-PAINTING = Effort(cells=16, paths=512, rounds=4, evaluations=10)
-# So many geometries are refined, and at last painted.
-REFINED = 3
-PAINTED = 2
+# Of fits while many geometries are left, while few are, and of the last.
+SKETCH = Effort(cells=8, paths=128, rounds=4, evaluations=4)
+DRAWING = Effort(cells=16, paths=256, rounds=3, evaluations=4)
+PAINTING = Effort(cells=16, paths=512, rounds=4, evaluations=5)
+# So many geometries are left after the sketches.
+FEW = 3
+# A second geometry is painted if its drawing is no worse than the best one's times this.
+CLOSE = 1.1
+# No picture weighs less than this, relative to the one with the largest error.
+LEAST_WEIGHT = 0.1
+# Yarns are varied again if that has lowered the error to this part or less.
+WORTHWHILE = 0.95
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,8 +58,8 @@ class Candidate:
 
     @property
     def score(self) -> float:
-        """The root of the summed squares of the errors."""
-        return float(np.sqrt(np.square(self.errors).sum()))
+        """The fourth root of the summed fourth powers of the errors."""
+        return float(np.power(self.errors, 4).sum() ** 0.25)
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,8 +83,17 @@ class Trial:
 
 def most_steps(geometries: int) -> int:
     """Return how many fits a search makes at most."""
+    sketches, left = geometries, geometries
+    while left > FEW:
+        left = _half(left)
+        sketches += left
     variations = 6 + 4  # as many as Geometry.variations can give
-    return geometries + REFINED + 1 + variations + PAINTED + 1
+    paintings = 3
+    return sketches + left + 1 + variations + paintings
+
+
+def _half(count: int) -> int:
+    return max(FEW, count // 2)
 
 
 def ranked(trials: Sequence[Trial]) -> list[Trial]:
@@ -84,6 +102,12 @@ def ranked(trials: Sequence[Trial]) -> list[Trial]:
     for trial in sorted(trials, key=lambda trial: trial.score):
         best.setdefault(str(trial.geometry), trial)
     return list(best.values())
+
+
+def _weights(errors: Sequence[float]) -> list[float]:
+    """Weigh squared errors so that their sum has the gradient of the sum of fourth powers."""
+    squares = np.maximum(np.square(errors), LEAST_WEIGHT * np.square(errors).max())
+    return list(squares / squares.mean())
 
 
 @dataclass
@@ -100,21 +124,33 @@ class Search:
 
     def run(self, geometries: Sequence[Geometry]) -> Trial:
         """Return the best that is found."""
-        level = {side: Placement() for side in self.images}
-        sketches = [self._try(geometry, None, level, SKETCH) for geometry in geometries]
-        refined = [self._again(trial, DRAWING) for trial in ranked(sketches)[:REFINED]]
-        drawn = [*refined, self._again(ranked(refined)[0], DRAWING)]
-        for cross_sections in (True, False):
-            best = ranked(drawn)[0]
-            drawn += [
-                self._try(geometry, best.result, best.placements, DRAWING)
-                for geometry in best.geometry.variations(cross_sections=cross_sections)
-            ]
-        painted = [self._again(trial, PAINTING) for trial in ranked(drawn)[:PAINTED]]
-        best = ranked(painted)[0]
+        drawn = [self._again(trial, DRAWING) for trial in self._sketched(geometries)]
+        drawn.append(self._again(ranked(drawn)[0], DRAWING))
+        drawn += self._varied(before := ranked(drawn)[0], cross_sections=True)
+        if (best := ranked(drawn)[0]).score < WORTHWHILE * before.score:
+            drawn += self._varied(best, cross_sections=False)
+        best, *others = ranked(drawn)
+        close = [other for other in others[:1] if other.score < CLOSE * best.score]
+        best = ranked([self._again(trial, PAINTING) for trial in (best, *close)])[0]
         best = ranked([best, self._again(best, PAINTING)])[0]
         self.report(most_steps(len(geometries)))
         return best
+
+    def _sketched(self, geometries: Sequence[Geometry]) -> list[Trial]:
+        """Fit all geometries a little, the better half a little more, until few are left."""
+        level = {side: Placement() for side in self.images}
+        trials = [self._try(geometry, None, level, SKETCH) for geometry in geometries]
+        while len(trials) > FEW:
+            kept = ranked(trials)[: _half(len(trials))]
+            trials = [self._again(trial, SKETCH) for trial in kept]
+        return trials
+
+    def _varied(self, trial: Trial, *, cross_sections: bool) -> list[Trial]:
+        """Try other yarns from the optics found so far."""
+        return [
+            self._try(geometry, trial.result, trial.placements, DRAWING)
+            for geometry in trial.geometry.variations(cross_sections=cross_sections)
+        ]
 
     def candidates(self) -> list[Candidate]:
         """List each geometry once, as its best trial left it, the best first."""
@@ -122,7 +158,9 @@ class Search:
 
     def _again(self, trial: Trial, effort: Effort) -> Trial:
         """Place cloth and lamps by the optics found so far, and fit the optics again."""
-        return self._try(trial.geometry, trial.result, self._placed(trial), effort)
+        placing = SKETCH if effort is SKETCH else DRAWING
+        placements = {side: self._place(trial, side, placing) for side in self.images}
+        return self._try(trial.geometry, trial.result, placements, effort)
 
     def _try(
         self,
@@ -145,6 +183,7 @@ class Search:
             exposure=True,
             falloff="each",
             lenses=None if before is None else before.lenses,
+            weights=None if before is None else _weights(before.errors),
             seed=self.seed,
             threads=self.threads,
             progress=False,
@@ -154,21 +193,18 @@ class Search:
         self.report(len(self.trials))
         return self.trials[-1]
 
-    def _placed(self, trial: Trial) -> dict[str, Placement]:
-        """Find better placements for each picture by itself, the optics staying as they are."""
-        return {side: self._place(trial, side) for side in self.images}
-
-    def _place(self, trial: Trial, side: str) -> Placement:
+    def _place(self, trial: Trial, side: str, effort: Effort) -> Placement:
+        """Find a better placement for a picture by itself, the optics staying as they are."""
         picture = list(self.images).index(side)
-        target = cell_averages(self.images[side], DRAWING.cells)
+        target = cell_averages(self.images[side], effort.cells)
         result, resolution = trial.result, self._resolution(side)
 
         def residuals(placement: Placement) -> FloatArray:
             cells = result.predict(
                 placement.scene(self.rig, result.fabric, side, resolution),
-                DRAWING.cells,
+                effort.cells,
                 picture=picture,
-                paths=DRAWING.paths,
+                paths=effort.paths,
                 seed=self.seed,
                 threads=self.threads,
             )
