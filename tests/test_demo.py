@@ -60,7 +60,7 @@ def test_with_a_folder_that_lacks_photographs_it_says_so(tmp_path, monkeypatch, 
 @pytest.mark.slow
 def test_what_is_hidden_is_found(monkeypatch):
     """The demo's own fit, on smaller pictures; it starts from colours of 0.5 and 10 per mm."""
-    effort = demo.Effort(photo_width=96, photo_spp=128, paths=400, rounds=6, evaluations=12)
+    effort = demo.Effort(photo_width=96, photo_spp=128, paths=512, rounds=6, evaluations=6)
     photographs = demo.photograph(demo.made_up(example(), demo.HIDDEN), effort, seed=1)
     result = demo.recover(example(), photographs, effort)
     hidden = demo.hidden_values()

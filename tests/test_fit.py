@@ -39,25 +39,40 @@ def pictures(bsdf, spp=256, sides=SIDES):
 
 
 @pytest.mark.slow
-def test_a_short_fit_explains_most_of_pictures_with_other_noise():
-    """The squared error falls to a twentieth; what each parameter came to is printed."""
+def test_what_the_pictures_tell_is_found_within_5_percent():
+    """From renders with another seed; `benches/recovery.py` looks for all parameters of a cloth."""
     start = replace(HIDDEN, base_color=0.5, roughness=(0.35, 0.35), eta=1.6, extinction=8.0)
     result = pc.fit(
         scenes(start),
-        pictures(HIDDEN),
+        pictures(HIDDEN, spp=512),
         free=["base_color", "roughness", "eta", "extinction"],
         tie=True,
-        paths=200,
-        rounds=5,
+        paths=1024,
+        rounds=8,
         progress=False,
     )
-    assert result.fun < 0.05 * result.steps[0].before
     hidden = [HIDDEN.eta, *HIDDEN.base_color, HIDDEN.extinction, *HIDDEN.roughness]
     for estimate, value in zip(result.estimates, hidden, strict=True):
-        off = abs(estimate.value / value - 1.0)
-        print(f"{estimate.label}: {estimate.value:.4f}, off by {off:.1%}")
+        assert estimate.identifiable
+        assert estimate.value == pytest.approx(value, rel=0.05), estimate.label
     assert result.fabric.warp.bsdf == result.fabric.weft.bsdf == result.bsdfs[0]
     assert "<table>" in result._repr_html_()
+
+
+def test_what_trades_with_what_is_said():
+    """Light through a ply is tinted by k_x^S k_y^S: with the mirrored light black, one number."""
+    black = replace(HIDDEN, base_color=0.0, transmitted_color=0.0)
+    result = pc.fit(
+        scenes(black, ("back",)),
+        pictures(black, spp=16, sides=("back",)),
+        free=["warp.specular_tint", "warp.transmission_tint"],
+        paths=64,
+        rounds=1,
+        progress=False,
+    )
+    (red,) = (e for e in result.estimates if e.label == "warp.specular_tint.red")
+    assert "warp.transmission_tint.red" in red.partners
+    assert red.doubt.startswith("±") == red.identifiable
 
 
 def problem(lenses):

@@ -50,7 +50,7 @@ class Effort:
     cloth_spp: int = 16
     photo_width: int = 192
     photo_spp: int = 96
-    paths: int = 400
+    paths: int = 512
     rounds: int = 8
     evaluations: int = 6
 

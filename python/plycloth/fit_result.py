@@ -99,11 +99,23 @@ class Match:
         The square is estimated by the product of both sets' differences, which noise does not
         raise; 0 if noise makes that negative.
         """
+        first, second = self._differences()
+        return self._relative(first * second)
+
+    @property
+    def noisy_error(self) -> float:
+        """The same of the mean of both sets, which noise raises."""
+        first, second = self._differences()
+        return self._relative((0.5 * (first + second)) ** 2)
+
+    def _differences(self) -> tuple[FloatArray, FloatArray]:
         target, first, second = (
             np.clip(values, 0.0, 1.0) for values in (self.target, self.first, self.second)
         )
-        square = ((first - target) * (second - target)).mean()
-        return float(np.sqrt(max(square, 0.0)) / target.mean())
+        return first - target, second - target
+
+    def _relative(self, squares: FloatArray) -> float:
+        return float(np.sqrt(max(squares.mean(), 0.0)) / np.clip(self.target, 0.0, 1.0).mean())
 
 
 @dataclass(frozen=True, eq=False)

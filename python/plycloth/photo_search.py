@@ -3,7 +3,7 @@
 Every geometry that is guessed gets a short fit. The better half goes on: cloth and lamps are
 placed, the optics fitted again; and so on, until few are left, which get longer fits. Then the
 yarns of the best one are varied, and the best of all are fitted once more, longest. Errors are
-compared as noise leaves them unbiased (`Match.error`).
+compared as noise leaves them unbiased (`Match.error`), where they stand out of it.
 
 Both pictures should be explained: it is the sum of the fourth powers of their errors that is made
 small, by weights on the squares that `fit` sums up.
@@ -36,7 +36,7 @@ class Effort:
 
 
 # Of fits while many geometries are left, while few are, and of the last.
-SKETCH = Effort(cells=8, paths=128, rounds=4, evaluations=4)
+SKETCH = Effort(cells=8, paths=128, rounds=3, evaluations=4)
 DRAWING = Effort(cells=16, paths=256, rounds=3, evaluations=4)
 PAINTING = Effort(cells=16, paths=512, rounds=4, evaluations=5)
 # So many geometries are left after the sketches.
@@ -102,6 +102,14 @@ def ranked(trials: Sequence[Trial]) -> list[Trial]:
     for trial in sorted(trials, key=lambda trial: trial.score):
         best.setdefault(str(trial.geometry), trial)
     return list(best.values())
+
+
+def _errors(result: FitResult) -> list[float]:
+    """Estimate each picture's error; where there is more noise than error, half the noise's square.
+
+    Else a geometry could win by noise that makes its squared error negative.
+    """
+    return [max(match.error, 0.5**0.5 * match.noisy_error) for match in result.matches]
 
 
 def _weights(errors: Sequence[float]) -> list[float]:
@@ -183,13 +191,13 @@ class Search:
             exposure=True,
             falloff="each",
             lenses=None if before is None else before.lenses,
-            weights=None if before is None else _weights(before.errors),
+            weights=None if before is None else _weights(_errors(before)),
             seed=self.seed,
             threads=self.threads,
             progress=False,
             **asdict(effort),
         )
-        self.trials.append(Trial(Candidate(geometry, result.errors), result, placements))
+        self.trials.append(Trial(Candidate(geometry, _errors(result)), result, placements))
         self.report(len(self.trials))
         return self.trials[-1]
 

@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Result, check_range};
 use crate::weave::pattern::WeavePattern;
-use crate::weave::problem::{RelaxProblem, YarnSet};
+use crate::weave::problem::{RelaxProblem, YarnData};
 
 /// The cross section of a yarn.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -130,7 +130,7 @@ impl ClothSpec {
     /// The relaxation of this cloth, in units of [`ClothSpec::unit`].
     pub fn relax_problem(&self) -> RelaxProblem {
         let unit = self.unit();
-        let set = |yarns: &YarnSpec| YarnSet {
+        let set = |yarns: &YarnSpec| YarnData {
             radius: vec![yarns.shape.collision_radius() / unit; yarns.spacing.len()],
             stiffness: vec![yarns.stiffness; yarns.spacing.len()],
             spacing: yarns.spacing.iter().map(|spacing| spacing / unit).collect(),

@@ -29,8 +29,8 @@ pub struct Swatch {
     axes: [Axis; 2],
     plans: Vec<BlockPlan>,
     blocks: Vec<OnceLock<Block>>,
-    /// The plan of each block of the tile, row by row, and the height at which its zero lies.
-    plan_of: Vec<(u32, f64)>,
+    /// Those of each block of the tile, row by row.
+    plan_of: Vec<PlanOf>,
     /// Ends and picks in the pattern.
     counts: [usize; 2],
     /// The first end and pick of each column and row of blocks.
@@ -190,13 +190,16 @@ impl Swatch {
     }
 }
 
+/// The number of a block's plan, and the height at which the plan's zero lies.
+type PlanOf = (u32, f64);
+
 /// The different plans of a tile, and for each of its blocks the number of its plan and its height.
 fn distinct(
     layout: &Layout,
     columns: usize,
     rows: usize,
     control: &Control,
-) -> Result<(Vec<BlockPlan>, Vec<(u32, f64)>)> {
+) -> Result<(Vec<BlockPlan>, Vec<PlanOf>)> {
     let mut numbers = HashMap::new();
     let mut plans = Vec::new();
     let mut plan_of = Vec::with_capacity(columns * rows);

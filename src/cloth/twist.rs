@@ -97,7 +97,7 @@ mod tests {
     fn a_turn_is_round_whatever_the_pitch() {
         for pitch in [0.2, 0.45, 1.0, 4.0, -0.3] {
             let segments = Twist::new(&yarn(3, pitch), 1.0).segments_per_crossing();
-            assert!(segments >= 8 && segments % 2 == 0);
+            assert!(segments >= 8 && segments.is_multiple_of(2));
             assert!(segments as f64 * pitch.abs() >= 0.9 * SEGMENTS_PER_TURN, "{pitch} {segments}");
         }
     }

@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 use super::gate;
 use crate::weave::curve::HeightCurve;
 use crate::weave::pattern::WeavePattern;
-use crate::weave::problem::{RelaxProblem, YarnSet};
+use crate::weave::problem::{RelaxProblem, YarnData};
 use crate::weave::relax::relax as relax_cell;
 
 /// Radius, stiffness and spacing, one value per yarn.
@@ -39,9 +39,9 @@ pub fn relax<'py>(
     Ok((relaxed.energy, relaxed.gradient_norm, relaxed.iterations, warp, weft))
 }
 
-fn yarn_set((radius, stiffness, spacing): YarnArrays<'_>) -> YarnSet {
+fn yarn_set((radius, stiffness, spacing): YarnArrays<'_>) -> YarnData {
     let values = |array: PyReadonlyArray1<'_, f64>| array.as_array().to_vec();
-    YarnSet { radius: values(radius), stiffness: values(stiffness), spacing: values(spacing) }
+    YarnData { radius: values(radius), stiffness: values(stiffness), spacing: values(spacing) }
 }
 
 fn curve_arrays<'py>(py: Python<'py>, curves: &[HeightCurve]) -> CurveArrays<'py> {

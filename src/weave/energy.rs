@@ -132,17 +132,17 @@ impl SegmentStrain {
 mod tests {
     use super::*;
     use crate::weave::pattern::WeavePattern;
-    use crate::weave::problem::YarnSet;
+    use crate::weave::problem::YarnData;
 
     fn problem() -> RelaxProblem {
         RelaxProblem {
             pattern: WeavePattern::new(2, 3, vec![true, false, true, false, true, true]).unwrap(),
-            warp: YarnSet {
+            warp: YarnData {
                 radius: vec![0.3, 0.5, 0.4],
                 stiffness: vec![1.0, 2.5, 0.6],
                 spacing: vec![1.0, 1.4, 0.7],
             },
-            weft: YarnSet {
+            weft: YarnData {
                 radius: vec![0.35, 0.45],
                 stiffness: vec![1.2, 0.8],
                 spacing: vec![0.9, 1.3],

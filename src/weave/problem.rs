@@ -6,7 +6,7 @@ use super::pattern::WeavePattern;
 
 /// The yarns of one direction, one value per yarn, in the pattern's order.
 #[derive(Debug, Clone, PartialEq)]
-pub struct YarnSet {
+pub struct YarnData {
     /// Collision radius R of Eq. 3, in the unit of `spacing`.
     pub radius: Vec<f64>,
     /// Strain coefficient k of Eq. 2.
@@ -15,7 +15,7 @@ pub struct YarnSet {
     pub spacing: Vec<f64>,
 }
 
-impl YarnSet {
+impl YarnData {
     /// `count` equal yarns.
     pub fn uniform(count: usize, radius: f64, stiffness: f64, spacing: f64) -> Self {
         Self {
@@ -48,9 +48,9 @@ pub struct RelaxProblem {
     /// Which yarn is on top at each crossing.
     pub pattern: WeavePattern,
     /// The warp yarns, one per end.
-    pub warp: YarnSet,
+    pub warp: YarnData,
     /// The weft yarns, one per pick.
-    pub weft: YarnSet,
+    pub weft: YarnData,
     /// Collision coefficient k_c of Eq. 3.
     pub collision_stiffness: f64,
 }
@@ -86,8 +86,8 @@ mod tests {
     fn plain() -> RelaxProblem {
         RelaxProblem {
             pattern: WeavePattern::new(2, 2, vec![true, false, false, true]).unwrap(),
-            warp: YarnSet::uniform(2, 0.4, 1.0, 1.0),
-            weft: YarnSet::uniform(2, 0.4, 1.0, 1.0),
+            warp: YarnData::uniform(2, 0.4, 1.0, 1.0),
+            weft: YarnData::uniform(2, 0.4, 1.0, 1.0),
             collision_stiffness: 1.0,
         }
     }

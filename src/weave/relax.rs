@@ -26,9 +26,6 @@ use field::Field;
 use newton_system::NewtonSystem;
 use strain::Strain;
 
-pub use super::pattern::WeavePattern;
-pub use super::problem::YarnSet;
-
 /// Newton steps after which the relaxation is given up.
 const ITERATIONS: u64 = 1000;
 /// Relative residual of the linear solve for a step, far from the minimum and close to it: while

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use super::cyclic::CyclicTridiagonal;
 use super::field::yarns_per_task;
 use crate::weave::curve::HeightCurve;
-use crate::weave::problem::YarnSet;
+use crate::weave::problem::YarnData;
 
 /// The strain of all yarns of one direction.
 pub(super) struct Strain {
@@ -24,7 +24,7 @@ pub(super) struct Strain {
 
 impl Strain {
     /// The strain of `yarns`, whose knots are the boundaries and middles of the `crossed` slots.
-    pub fn new(yarns: &YarnSet, crossed: &YarnSet) -> Self {
+    pub fn new(yarns: &YarnData, crossed: &YarnData) -> Self {
         let slots = &crossed.spacing;
         let spans: Vec<Span> = (0..slots.len())
             .map(|slot| Span::new(slots[slot] / 2.0, slots[(slot + 1) % slots.len()] / 2.0))

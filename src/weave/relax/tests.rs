@@ -1,13 +1,15 @@
 //! Relaxations against figures computed independently, and what must hold for every cell.
 
 use super::*;
+use crate::weave::pattern::WeavePattern;
+use crate::weave::problem::YarnData;
 
 fn equal_yarns(picks: usize, ends: usize, warp_up: impl Fn(usize, usize) -> bool) -> RelaxProblem {
     let warp_up = (0..picks * ends).map(|index| warp_up(index / ends, index % ends)).collect();
     RelaxProblem {
         pattern: WeavePattern::new(picks, ends, warp_up).unwrap(),
-        warp: YarnSet::uniform(ends, 0.4, 1.0, 1.0),
-        weft: YarnSet::uniform(picks, 0.4, 1.0, 1.0),
+        warp: YarnData::uniform(ends, 0.4, 1.0, 1.0),
+        weft: YarnData::uniform(picks, 0.4, 1.0, 1.0),
         collision_stiffness: 1.0,
     }
 }
@@ -18,7 +20,7 @@ fn coin(pick: usize, end: usize) -> bool {
 }
 
 /// Random radii, stiffnesses and spacings that differ by up to `spread` up and down.
-fn vary(yarns: &mut YarnSet, spread: f64) {
+fn vary(yarns: &mut YarnData, spread: f64) {
     let values = yarns.radius.iter_mut().chain(&mut yarns.stiffness).chain(&mut yarns.spacing);
     for (index, value) in values.enumerate() {
         let uniform = hash(index as u64) as f64 / u64::MAX as f64;
