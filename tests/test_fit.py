@@ -47,7 +47,7 @@ def test_what_the_pictures_tell_is_found_within_5_percent():
         pictures(HIDDEN, spp=512),
         free=["base_color", "roughness", "eta", "extinction"],
         tie=True,
-        paths=1024,
+        paths=2048,
         rounds=8,
         progress=False,
     )

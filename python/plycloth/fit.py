@@ -8,10 +8,11 @@ squares with known slopes: Gauss-Newton steps lower it, each found by SLSQP on t
 within bounds and a trust region. Then new paths are drawn at the new parameters, until nothing
 moves.
 
-Squares of noisy differences count the noise as error. Every picture is therefore drawn twice, with
-independent paths: errors are reported as the product of the two differences, whose expectation has
-no noise in it. The objective itself stays a square, of their mean: a product can be made negative
-by parameters that make much noise, and a solver finds them.
+Squares of noisy differences count the noise as error, and are least where there is little noise.
+Every picture is therefore drawn twice, with independent paths: errors and the objective are
+products of the two differences, whose expectation has no noise in it. Such a product can be made
+negative by parameters that make much noise; a step that follows its slope, but is curved by the
+squares of the mean slopes, does not look for them.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -299,13 +300,15 @@ class _Problem:
 
     def objective(self, tapes: Sequence[Tapes], u: FloatArray) -> tuple[float, FloatArray]:
         """Return the relative squared error, summed over pictures, and its gradient."""
-        difference, slopes = self.differences(tapes, u)
-        return float(difference @ difference), 2.0 * difference @ slopes
+        value, slope, _ = self.model(tapes, u)
+        return value, slope
 
-    def differences(self, tapes: Sequence[Tapes], u: FloatArray) -> Residuals:
-        """Return differences and slopes by both halves together."""
+    def model(self, tapes: Sequence[Tapes], u: FloatArray) -> tuple[float, FloatArray, FloatArray]:
+        """Return the objective, its gradient, and the half of its curvature that slopes make."""
         (first, slopes_first), (second, slopes_second) = self.residuals(tapes, u)
-        return 0.5 * (first + second), 0.5 * (slopes_first + slopes_second)
+        slopes = 0.5 * (slopes_first + slopes_second)
+        gradient = second @ slopes_first + first @ slopes_second
+        return float(first @ second), gradient, slopes.T @ slopes
 
 
 def _solve(
@@ -353,16 +356,15 @@ def _minimise(
     """Gauss-Newton on one set of paths, no further than `radius` from `u` in each unknown."""
     low, high = np.maximum(0.0, u - radius), np.minimum(1.0, u + radius)
     best, damping = u, FIRST_DAMPING
-    left, slopes = problem.differences(tapes, u)
-    value = float(left @ left)
+    value, gradient, curvature = problem.model(tapes, u)
     for used in range(2, evaluations + 1):
-        proposed = _model_minimum(left, slopes, best, (low, high), damping)
-        reached, reached_slopes = problem.differences(tapes, proposed)
-        gain = value - float(reached @ reached)
+        proposed = _model_minimum(gradient, curvature, best, (low, high), damping)
+        reached = problem.model(tapes, proposed)
+        gain = value - reached[0]
         if gain > 0.0:
-            best, left, slopes, value = proposed, reached, reached_slopes, value - gain
+            best, (value, gradient, curvature) = proposed, reached
             damping *= 0.3
-            if gain < LEAST_GAIN * value:
+            if gain < LEAST_GAIN * abs(value):
                 return best, used, value
         else:
             damping *= 10.0
@@ -370,26 +372,24 @@ def _minimise(
 
 
 def _model_minimum(
-    left: FloatArray,
-    slopes: FloatArray,
+    slope: FloatArray,
+    curvature: FloatArray,
     u: FloatArray,
     bounds: tuple[FloatArray, FloatArray],
     damping: float,
 ) -> FloatArray:
-    """SLSQP on the squares of left + slopes (x - u), damped, within bounds.
+    """SLSQP on the quadratic model of the objective around `u`, damped, within bounds.
 
     The problem has as many unknowns as the fit, and no paths: it takes milliseconds.
     """
-    squares = slopes.T @ slopes
-    hessian = squares + damping * np.trace(squares) / len(u) * np.eye(len(u))
-    slope = slopes.T @ left
+    damped = curvature + damping * np.trace(curvature) / len(u) * np.eye(len(u))
 
     def objective(x: FloatArray, gradient: FloatArray) -> float:
         step = x - u
-        curved = hessian @ step
+        curved = damped @ step
         if gradient.size:
-            gradient[:] = 2.0 * (curved + slope)
-        return float(step @ (curved + 2.0 * slope))
+            gradient[:] = 2.0 * curved + slope
+        return float(step @ (curved + slope))
 
     solver = nlopt.opt(nlopt.LD_SLSQP, len(u))
     solver.set_lower_bounds(bounds[0])
@@ -425,19 +425,24 @@ def _result(
 
 
 def _estimates(problem: _Problem, tapes: Sequence[Tapes], u: FloatArray) -> list[Estimate]:
-    """Values with the uncertainty that residuals of `STATED_NOISE` would leave them."""
+    """Values with the uncertainty that residuals of `STATED_NOISE` would leave them.
+
+    The curvature is the product of both halves' slopes: noise, which makes slopes where there are
+    none, does not add to it. What is left of noise shows as negative curvature.
+    """
     (_, first), (_, second) = problem.residuals(tapes, u)
-    slopes = 0.5 * (first + second)
-    _, sensitivities, directions = np.linalg.svd(slopes, full_matrices=False)
-    strongest = max(float(sensitivities[0]), np.finfo(float).tiny)
-    weak = sensitivities < LEAST_SENSITIVITY * strongest
-    # Rows of `slopes` carry 1/sqrt(rows per picture): noise of one row is STATED_NOISE of that.
-    noise = STATED_NOISE / (slopes.shape[0] / len(tapes)) ** 0.5
-    spread = noise / np.maximum(sensitivities, 1e-12 * strongest)
-    factor = directions * spread[:, None]
-    covariance = factor.T @ factor
+    product = first.T @ second
+    curvatures, directions = np.linalg.eigh(0.5 * (product + product.T))
+    strongest = max(float(curvatures[-1]), np.finfo(float).tiny)
+    floor = max(LEAST_SENSITIVITY**2 * strongest, -2.0 * float(curvatures[0]))
+    weak = curvatures < floor
+    # Rows carry 1/sqrt(rows per picture): noise of one row is STATED_NOISE of that.
+    noise = STATED_NOISE / (len(first) / len(tapes)) ** 0.5
+    spread = noise / np.sqrt(np.where(weak, 1e-3 * floor, curvatures))
+    factor = directions * spread
+    covariance = factor @ factor.T
     deviations = np.sqrt(np.diagonal(covariance))
-    in_weak = (directions[weak] ** 2).sum(0) > 0.1
+    in_weak = (directions[:, weak] ** 2).sum(1) > 0.1
     space = problem.space
     partners = _partners(covariance, space.labels)
     labels, values, scales = space.labels, space.values(space.decode(u)), space.slopes(u)
