@@ -46,14 +46,18 @@ impl Cylinder {
         Self { start, end, axis, radius2: radius * radius }
     }
 
-    /// A box around the segment.
+    /// The box around the segment: that around the ellipses at its joints, whose hull it is.
     pub fn bounds(&self) -> Bounds {
-        // The joint ellipse reaches radius / cos(angle between axis and plane normal) from its centre.
-        let reach = |joint: &Joint| {
-            let stretch = self.axis.dot(joint.tangent).max(0.1);
-            Bounds::around([joint.point]).grown(self.radius2.sqrt() / stretch)
+        let (u, v) = self.axis.any_orthonormal_pair();
+        let ellipse = |joint: &Joint| {
+            // A spoke of the cylinder's circle, slid along the axis into the joint's plane.
+            let along = self.axis.dot(joint.tangent).max(0.1);
+            let slid = |spoke: DVec3| spoke - self.axis * (joint.tangent.dot(spoke) / along);
+            let (a, b) = (slid(u), slid(v));
+            let reach = (self.radius2 * (a * a + b * b)).map(f64::sqrt);
+            Bounds { min: joint.point - reach, max: joint.point + reach }
         };
-        reach(&self.start).union(reach(&self.end))
+        ellipse(&self.start).union(ellipse(&self.end))
     }
 
     /// Coefficients of |o + t d|^2 = r^2 perpendicular to the axis: t^2 a + 2 t b + c = 0.
