@@ -112,7 +112,10 @@ VALUES = [
     (camera(pc.OrthographicCamera, up=(0, 0, 1)), r"OrthographicCamera\.up must not be parallel"),
     # Lights and scenes.
     (lambda: pc.PointLight((0, 0, NAN), 1), r"PointLight\.position\[2\] .* not nan"),
-    (lambda: pc.PointLight((0, 0, 1), -1), r"PointLight\.intensity must be .* at least 0, not -1"),
+    (
+        lambda: pc.PointLight((0, 0, 1), -1),
+        r"PointLight\.intensity must be in \[0, 1e\+15\], not -1",
+    ),
     (lambda: pc.PointLight((0, 0, 1), math.inf), r"PointLight\.intensity .* not inf"),
     (lambda: pc.DirectionalLight((0, 0, 0), 1), r"DirectionalLight\.direction .* length greater"),
     (lambda: pc.DirectionalLight((0, 0, 1), (1, -1, 1)), r"DirectionalLight\.irradiance\[1\]"),
@@ -123,9 +126,15 @@ VALUES = [
     (lambda: pc.ConstantLight((1, 2)), r"ConstantLight\.radiance must be 3 numbers, not 2"),
     (environment(np.ones((4, 8))), r"EnvironmentLight\.image .* n x n x 3 numbers, not 4 x 8"),
     (environment(np.ones((0, 8, 3))), r"EnvironmentLight\.image .* not 0 x 8 x 3"),
-    (environment(np.full((1, 2, 3), -1.0)), r"EnvironmentLight\.image\[0, 0, 0\] .* at least 0"),
+    (
+        environment(np.full((1, 2, 3), -1.0)),
+        r"EnvironmentLight\.image\[0, 0, 0\] must be in \[0, 1e\+15\]",
+    ),
     (environment(np.full((1, 2, 3), 1e300)), r"EnvironmentLight\.image\[0, 0, 0\] .* not inf"),
-    (environment(np.ones((1, 2, 3)), scale=-1), r"EnvironmentLight\.scale .* at least 0, not -1"),
+    (
+        environment(np.ones((1, 2, 3)), scale=-1),
+        r"EnvironmentLight\.scale must be in \[0, 1e\+15\], not -1",
+    ),
     (environment(np.ones((1, 2, 3)), rotation=NAN), r"EnvironmentLight\.rotation .* not nan"),
     (lambda: pc.Scene(SWATCH, CAMERA, []), r"Scene\.lights must hold at least one light"),
 ]

@@ -156,7 +156,7 @@ def draft(**changes):
         "warp_thickness": np.array([0.3, 0.5]),
         "weft_thickness": np.array([0.2, 0.2]),
     }
-    return SimpleNamespace(**(given | changes))
+    return pc.Draft(**(given | changes))
 
 
 def test_a_draft_gives_linear_colors_spacings_and_radii():
@@ -204,4 +204,5 @@ def test_an_environment_is_its_image_not_its_file(tmp_path):
 
 def test_tiny_and_huge_vectors_have_directions():
     pc.PerspectiveCamera((0, 0, 1e-200), (0, 0, 0), up=(0, 1e200, 0))
-    pc.RectangleLight((0, 0, 0), (1e-200, 0, 0), (0, 1e200, 0), 1)
+    pc.RectangleLight((0, 0, 0), (1e-9, 0, 0), (0, 1e9, 0), 1)
+    assert pc.DirectionalLight((0, 0, -1e-200), 1).direction == (0, 0, -1)

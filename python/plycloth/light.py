@@ -147,9 +147,9 @@ class EnvironmentLight(Description):
     Parameters
     ----------
     image
-        Radiance, linear RGB, H x W x 3, at least 0; the top row is at +y. Stored as float32.
+        Radiance, linear RGB, H x W x 3, in [0, 1e15]; the top row is at +y. Stored as float32.
     scale
-        Factor on the image, at least 0.
+        Factor on the image; their product is in [0, 1e15].
     rotation
         Turn about the y axis in degrees.
     path
