@@ -16,10 +16,9 @@ squares of the mean slopes, does not look for them.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import partial
 
-import nlopt
 import numpy as np
 from numpy.typing import NDArray
 
@@ -36,6 +35,8 @@ from plycloth._check import (
 from plycloth.bsdf import PlyBsdf
 from plycloth.cells import cell_averages
 from plycloth.fit_result import Estimate, FitResult, Match, Step
+from plycloth.gauss_newton import minimise
+from plycloth.identify import identify
 from plycloth.lens import Lens
 from plycloth.progress import Progress, reporting
 from plycloth.scene import Scene
@@ -58,22 +59,11 @@ Residuals = tuple[FloatArray, FloatArray]
 OBJECTIVES = ("grid", "average")
 TRUST_RADIUS = 0.15
 SMALLEST_TRUST_RADIUS = 0.01
-# Of Gauss-Newton steps: relative to the mean squared slope.
-FIRST_DAMPING = 1e-2
-# Steps that gain less than this part of the objective end a round.
-LEAST_GAIN = 3e-3
-# Of the quadratic model, for one step.
-MODEL_EVALUATIONS = 400
 # A round that gains less than this part of the objective counts as a standstill.
 STANDSTILL = 0.01
 MOST_STANDSTILLS = 4
 # The residual that stated uncertainties assume: a hundredth of the picture's mean.
 STATED_NOISE = 0.01
-# Directions that change the picture less than this (relative to the strongest) are unidentifiable.
-LEAST_SENSITIVITY = 1e-3
-# Errors of unknowns that are more correlated than this are said to trade with each other.
-LEAST_CORRELATION = 0.5
-MOST_PARTNERS = 3
 
 _count = integer(1, 10**6)
 _cells = integer(1, 256)
@@ -325,7 +315,7 @@ def _solve(
     radius, standstills, count = TRUST_RADIUS, 0, 0
     message = f"stopped after {rounds} rounds"
     for index in range(rounds):
-        proposed, used, predicted = _minimise(problem, tapes, u, radius, evaluations)
+        proposed, used, predicted = minimise(partial(problem.model, tapes), u, radius, evaluations)
         count += used
         # The step is judged by paths that it was not made to suit, beside staying where it was.
         fresh = problem.record(proposed, seed + index + 1)
@@ -344,64 +334,6 @@ def _solve(
             message = "converged: no further step lowers the objective"
             break
     return _result(problem, u, steps, count, message, seed)
-
-
-def _minimise(
-    problem: _Problem,
-    tapes: Sequence[Tapes],
-    u: FloatArray,
-    radius: float,
-    evaluations: int,
-) -> tuple[FloatArray, int, float]:
-    """Gauss-Newton on one set of paths, no further than `radius` from `u` in each unknown."""
-    low, high = np.maximum(0.0, u - radius), np.minimum(1.0, u + radius)
-    best, damping = u, FIRST_DAMPING
-    value, gradient, curvature = problem.model(tapes, u)
-    for used in range(2, evaluations + 1):
-        proposed = _model_minimum(gradient, curvature, best, (low, high), damping)
-        reached = problem.model(tapes, proposed)
-        gain = value - reached[0]
-        if gain > 0.0:
-            best, (value, gradient, curvature) = proposed, reached
-            damping *= 0.3
-            if gain < LEAST_GAIN * abs(value):
-                return best, used, value
-        else:
-            damping *= 10.0
-    return best, evaluations, value
-
-
-def _model_minimum(
-    slope: FloatArray,
-    curvature: FloatArray,
-    u: FloatArray,
-    bounds: tuple[FloatArray, FloatArray],
-    damping: float,
-) -> FloatArray:
-    """SLSQP on the quadratic model of the objective around `u`, damped, within bounds.
-
-    The problem has as many unknowns as the fit, and no paths: it takes milliseconds.
-    """
-    damped = curvature + damping * np.trace(curvature) / len(u) * np.eye(len(u))
-
-    def objective(x: FloatArray, gradient: FloatArray) -> float:
-        step = x - u
-        curved = damped @ step
-        if gradient.size:
-            gradient[:] = 2.0 * curved + slope
-        return float(step @ (curved + slope))
-
-    solver = nlopt.opt(nlopt.LD_SLSQP, len(u))
-    solver.set_lower_bounds(bounds[0])
-    solver.set_upper_bounds(bounds[1])
-    solver.set_min_objective(objective)
-    solver.set_maxeval(MODEL_EVALUATIONS)
-    solver.set_ftol_rel(1e-6)
-    best = u
-    # Where the line search runs into the last digits, no step is taken.
-    with suppress(nlopt.RoundoffLimited):
-        best = solver.optimize(u)
-    return np.clip(best, *bounds)
 
 
 def _result(
@@ -425,26 +357,12 @@ def _result(
 
 
 def _estimates(problem: _Problem, tapes: Sequence[Tapes], u: FloatArray) -> list[Estimate]:
-    """Values with the uncertainty that residuals of `STATED_NOISE` would leave them.
-
-    The curvature is the product of both halves' slopes: noise, which makes slopes where there are
-    none, does not add to it. What is left of noise shows as negative curvature.
-    """
+    """Values with the uncertainty that residuals of `STATED_NOISE` would leave them."""
     (_, first), (_, second) = problem.residuals(tapes, u)
-    product = first.T @ second
-    curvatures, directions = np.linalg.eigh(0.5 * (product + product.T))
-    strongest = max(float(curvatures[-1]), np.finfo(float).tiny)
-    floor = max(LEAST_SENSITIVITY**2 * strongest, -2.0 * float(curvatures[0]))
-    weak = curvatures < floor
     # Rows carry 1/sqrt(rows per picture): noise of one row is STATED_NOISE of that.
     noise = STATED_NOISE / (len(first) / len(tapes)) ** 0.5
-    spread = noise / np.sqrt(np.where(weak, 1e-3 * floor, curvatures))
-    factor = directions * spread
-    covariance = factor @ factor.T
-    deviations = np.sqrt(np.diagonal(covariance))
-    in_weak = (directions[:, weak] ** 2).sum(1) > 0.1
     space = problem.space
-    partners = _partners(covariance, space.labels)
+    deviations, in_weak, partners = identify(first, second, noise, space.labels)
     labels, values, scales = space.labels, space.values(space.decode(u)), space.slopes(u)
     units = [parameter.unit for parameter in space.parameters]
     return [
@@ -452,18 +370,6 @@ def _estimates(problem: _Problem, tapes: Sequence[Tapes], u: FloatArray) -> list
         for label, value, unit, deviation, scale, weak_here, trades in zip(
             labels, values, units, deviations, scales, in_weak, partners, strict=True
         )
-    ]
-
-
-def _partners(covariance: FloatArray, labels: Sequence[str]) -> list[tuple[str, ...]]:
-    """Return for each unknown those, at most `MOST_PARTNERS`, that it is most correlated with."""
-    deviations = np.sqrt(np.maximum(np.diagonal(covariance), np.finfo(float).tiny))
-    correlation = np.abs(covariance / np.outer(deviations, deviations))
-    np.fill_diagonal(correlation, 0.0)
-    order = np.argsort(-correlation, axis=1)[:, :MOST_PARTNERS]
-    return [
-        tuple(labels[j] for j in row if correlation[i, j] >= LEAST_CORRELATION)
-        for i, row in enumerate(order)
     ]
 
 

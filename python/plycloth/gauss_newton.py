@@ -1,0 +1,91 @@
+"""Gauss-Newton steps within bounds, each found by SLSQP on the quadratic model."""
+
+from collections.abc import Callable
+from contextlib import suppress
+
+import nlopt
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+Model = Callable[[FloatArray], tuple[float, FloatArray, FloatArray]]
+
+# Relative to the mean squared slope.
+FIRST_DAMPING = 1e-2
+# Steps that gain less than this part of the objective are the last.
+LEAST_GAIN = 3e-3
+# Of the quadratic model, for one step.
+MODEL_EVALUATIONS = 400
+
+
+def minimise(
+    model: Model,
+    u: FloatArray,
+    radius: float,
+    evaluations: int,
+) -> tuple[FloatArray, int, float]:
+    """Lower a sum of squares of unknowns within [0, 1], starting from `u`.
+
+    Parameters
+    ----------
+    model
+        Returns the objective, its gradient, and the half of its curvature that slopes make.
+    u
+        The start.
+    radius
+        No unknown moves further than this.
+    evaluations
+        At most so many times the model is asked, at least once.
+
+    Returns
+    -------
+    The best point, how often the model was asked, and the objective there.
+    """
+    low, high = np.maximum(0.0, u - radius), np.minimum(1.0, u + radius)
+    best, damping = u, FIRST_DAMPING
+    value, gradient, curvature = model(u)
+    for used in range(2, evaluations + 1):
+        proposed = _model_minimum(gradient, curvature, best, (low, high), damping)
+        reached = model(proposed)
+        gain = value - reached[0]
+        if gain > 0.0:
+            best, (value, gradient, curvature) = proposed, reached
+            damping *= 0.3
+            if gain < LEAST_GAIN * abs(value):
+                return best, used, value
+        else:
+            damping *= 10.0
+    return best, evaluations, value
+
+
+def _model_minimum(
+    slope: FloatArray,
+    curvature: FloatArray,
+    u: FloatArray,
+    bounds: tuple[FloatArray, FloatArray],
+    damping: float,
+) -> FloatArray:
+    """SLSQP on the quadratic model of the objective around `u`, damped, within bounds.
+
+    The problem has as many unknowns as the fit, and no paths: it takes milliseconds.
+    """
+    damped = curvature + damping * np.trace(curvature) / len(u) * np.eye(len(u))
+
+    def objective(x: FloatArray, gradient: FloatArray) -> float:
+        step = x - u
+        curved = damped @ step
+        if gradient.size:
+            gradient[:] = 2.0 * curved + slope
+        return float(step @ (curved + slope))
+
+    solver = nlopt.opt(nlopt.LD_SLSQP, len(u))
+    solver.set_lower_bounds(bounds[0])
+    solver.set_upper_bounds(bounds[1])
+    solver.set_min_objective(objective)
+    solver.set_maxeval(MODEL_EVALUATIONS)
+    solver.set_ftol_rel(1e-6)
+    best = u
+    # Where the line search runs into the last digits, no step is taken.
+    with suppress(nlopt.RoundoffLimited):
+        best = solver.optimize(u)
+    return np.clip(best, *bounds)
