@@ -154,7 +154,7 @@ def fit_photographs(
     geometries
         Geometries to try; None: those that pattern and spectrum suggest.
     rig
-        How the photographs were taken; None given: the rig of Tang et al. 2024.
+        How the photographs were taken; by default on the rig of Tang et al. 2024.
     tie
         Whether warp and weft share their optical parameters.
     seed

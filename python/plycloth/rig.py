@@ -97,7 +97,7 @@ def photo_rig(
     lamp
         "front" or "back".
     rig
-        The rig; None given: that of Tang et al. 2024.
+        The rig; by default that of Tang et al. 2024.
     rotation
         By how much the cloth lay turned on the rig, in degrees, counter-clockwise in the picture.
     lamp_offset
