@@ -53,3 +53,17 @@ def test_a_lens_develops_pixels_and_variance():
     assert taken.variance[0, 0] == pytest.approx(0.5 * corner**2)
     assert Lens(2.0, 0.3, 1.0).develop(image).variance is None
     assert "blur 1 pixels" in str(Lens(2.0, 0.3, 1.0))
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"exposure": 0.0}, "Lens.exposure must be finite and greater than 0"),
+        ({"exposure": np.nan}, "Lens.exposure"),
+        ({"falloff": -1.0}, "Lens.falloff must be finite and at least 0"),
+        ({"blur": np.inf}, "Lens.blur"),
+    ],
+)
+def test_bad_lenses_are_named(given, message):
+    with pytest.raises(pc.ParameterError, match=message):
+        pc.Lens(**given)

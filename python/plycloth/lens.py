@@ -2,10 +2,13 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 
+from plycloth._check import NON_NEGATIVE, POSITIVE, number
+from plycloth._value import Description
 from plycloth.image import Image
 
 FloatArray = NDArray[np.float64]
@@ -20,24 +23,31 @@ BLUR_STEP = 0.05
 PATCH = 16
 
 
-@dataclass(frozen=True)
-class Lens:
+@dataclass(frozen=True, eq=False, repr=False)
+class Lens(Description):
     """A camera's exposure and lens.
 
     Parameters
     ----------
     exposure
-        A factor on the brightness of the whole picture.
+        A factor on the brightness of the whole picture, greater than 0.
     falloff
         Of a factor exp(-falloff d^2), d being the distance from the picture's middle, 1 in its
-        corners.
+        corners; at least 0.
     blur
-        Standard deviation of a Gaussian, in pixels.
+        Standard deviation of a Gaussian, in pixels, at least 0.
+
+    Raises
+    ------
+    ParameterError
+        If a value lies outside its range.
+    TypeError
+        If a value is not a number.
     """
 
-    exposure: float = 1.0
-    falloff: float = 0.0
-    blur: float = 0.0
+    exposure: Annotated[float, number(POSITIVE)] = 1.0
+    falloff: Annotated[float, number(NON_NEGATIVE)] = 0.0
+    blur: Annotated[float, number(NON_NEGATIVE)] = 0.0
 
     def develop(self, image: Image) -> Image:
         """Return a rendered picture as the camera takes it; with its variance if nothing blurs."""
