@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::bvh::Bounds;
+use super::bounds::Bounds;
 use super::ray::Ray;
 
 /// One end of a patch: its two corners, and the unit normal and tangent of the ribbon there.
@@ -30,6 +30,7 @@ const OVERSTEP: f64 = 1e-9;
 
 impl Bilinear {
     /// The patch between two edges.
+    #[inline]
     pub fn new(start: Edge, end: Edge) -> Self {
         Self { start, end }
     }

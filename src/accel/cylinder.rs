@@ -5,7 +5,7 @@
 
 use glam::DVec3;
 
-use super::bvh::Bounds;
+use super::bounds::Bounds;
 use super::ray::Ray;
 
 /// A joint of a ply: a point of its centre line and the unit normal of the cutting plane there,
@@ -31,8 +31,7 @@ impl Joint {
 pub struct Cylinder {
     start: Joint,
     end: Joint,
-    axis: DVec3,
-    radius2: f64,
+    radius: f64,
 }
 
 /// A hit on a cylinder may overstep its joints by this much (relative to the radius), since
@@ -41,33 +40,43 @@ const OVERSTEP: f64 = 1e-9;
 
 impl Cylinder {
     /// The segment between two joints that do not coincide.
+    #[inline]
     pub fn new(start: Joint, end: Joint, radius: f64) -> Self {
-        let axis = (end.point - start.point).normalize();
-        Self { start, end, axis, radius2: radius * radius }
+        Self { start, end, radius }
+    }
+
+    /// From joint to joint, not normalised: no square root is needed where its length cancels.
+    #[inline]
+    fn axis(&self) -> DVec3 {
+        self.end.point - self.start.point
     }
 
     /// The box around the segment: that around the ellipses at its joints, whose hull it is.
     pub fn bounds(&self) -> Bounds {
-        let (u, v) = self.axis.any_orthonormal_pair();
+        let axis = self.axis().normalize();
+        let (u, v) = axis.any_orthonormal_pair();
         let ellipse = |joint: &Joint| {
             // A spoke of the cylinder's circle, slid along the axis into the joint's plane.
-            let along = self.axis.dot(joint.tangent).max(0.1);
-            let slid = |spoke: DVec3| spoke - self.axis * (joint.tangent.dot(spoke) / along);
+            let along = axis.dot(joint.tangent).max(0.1);
+            let slid = |spoke: DVec3| spoke - axis * (joint.tangent.dot(spoke) / along);
             let (a, b) = (slid(u), slid(v));
-            let reach = (self.radius2 * (a * a + b * b)).map(f64::sqrt);
+            let reach = self.radius * (a * a + b * b).map(f64::sqrt);
             Bounds { min: joint.point - reach, max: joint.point + reach }
         };
         ellipse(&self.start).union(ellipse(&self.end))
     }
 
-    /// Coefficients of |o + t d|^2 = r^2 perpendicular to the axis: t^2 a + 2 t b + c = 0.
+    /// Coefficients of |o + t d|^2 = r^2 perpendicular to the axis: t^2 a + 2 t b + c = 0, all times
+    /// the squared length of the axis.
     #[inline]
     fn quadratic(&self, ray: &Ray) -> (f64, f64, f64) {
-        let offset = ray.origin - self.start.point;
-        let (along, offset_along) = (ray.direction.dot(self.axis), offset.dot(self.axis));
-        let a = 1.0 - along * along;
-        let b = ray.direction.dot(offset) - along * offset_along;
-        let c = offset.length_squared() - offset_along * offset_along - self.radius2;
+        let (axis, offset) = (self.axis(), ray.origin - self.start.point);
+        let length2 = axis.length_squared();
+        let (along, offset_along) = (ray.direction.dot(axis), offset.dot(axis));
+        let a = length2 - along * along;
+        let b = length2 * ray.direction.dot(offset) - along * offset_along;
+        let c = length2 * (offset.length_squared() - self.radius * self.radius)
+            - offset_along * offset_along;
         (a, b, c)
     }
 
@@ -75,19 +84,17 @@ impl Cylinder {
     #[inline]
     pub fn enter(&self, ray: &Ray, t_min: f64, t_max: f64) -> Option<f64> {
         let (a, b, c) = self.quadratic(ray);
-        let discriminant = b * b - a * c;
-        if b >= 0.0 || discriminant <= 0.0 {
-            return None;
-        }
         // c / (-b + sqrt(..)) rather than (-b - sqrt(..)) / a: no cancellation near the surface.
-        let t = c / (discriminant.sqrt() - b);
-        if t <= t_min || t >= t_max {
-            return None;
-        }
+        let t = c / ((b * b - a * c).sqrt() - b);
         let point = ray.at(t);
-        let overstep = OVERSTEP * self.radius2.sqrt();
-        let inside = self.start.beyond(point) >= -overstep && self.end.beyond(point) <= overstep;
-        inside.then_some(t)
+        let overstep = OVERSTEP * self.radius;
+        // One branch for all conditions, since each alone is a toss-up. The NaN of a miss fails.
+        let hit = (b < 0.0)
+            & (t > t_min)
+            & (t < t_max)
+            & (self.start.beyond(point) >= -overstep)
+            & (self.end.beyond(point) <= overstep);
+        hit.then_some(t)
     }
 
     /// Where the ray, inside the ply, leaves this segment at or after `t`.
@@ -116,13 +123,13 @@ impl Cylinder {
     /// along the ply: the tangent runs from joint to joint, the radius is made perpendicular to it.
     #[inline]
     pub fn shading(&self, point: DVec3) -> (DVec3, DVec3) {
-        let behind = self.start.beyond(point) / self.axis.dot(self.start.tangent);
-        let ahead = -self.end.beyond(point) / self.axis.dot(self.end.tangent);
+        let axis = self.axis();
+        let behind = self.start.beyond(point) / axis.dot(self.start.tangent);
+        let ahead = -self.end.beyond(point) / axis.dot(self.end.tangent);
         let fraction = (behind / (behind + ahead)).clamp(0.0, 1.0);
         let tangent = self.start.tangent.lerp(self.end.tangent, fraction).normalize();
-        let offset = point - self.start.point;
-        let radial = offset - offset.dot(self.axis) * self.axis;
-        ((radial - radial.dot(tangent) * tangent).normalize(), tangent)
+        let radial = (point - self.start.point).reject_from(axis);
+        (radial.reject_from_normalized(tangent).normalize(), tangent)
     }
 }
 

@@ -1,6 +1,7 @@
 //! Rays against shapes, and the hierarchy that finds the shapes.
 
 pub mod bilinear;
+pub mod bounds;
 pub mod bvh;
 pub mod cylinder;
 pub mod ray;

@@ -24,19 +24,12 @@ impl Ray {
         Self { origin: self.origin - shift, direction: self.direction }
     }
 
-    /// The distances at which the ray enters and leaves a slab `low <= axis <= high`.
+    /// One over each component of the direction, kept finite: zero times it is zero.
     #[inline]
-    pub fn slab(&self, axis: usize, low: f64, high: f64) -> (f64, f64) {
-        let (origin, direction) = (self.origin[axis], self.direction[axis]);
-        if direction == 0.0 {
-            let inside = (low..=high).contains(&origin);
-            return if inside {
-                (f64::NEG_INFINITY, f64::INFINITY)
-            } else {
-                (f64::INFINITY, f64::NEG_INFINITY)
-            };
-        }
-        let (a, b) = ((low - origin) / direction, (high - origin) / direction);
-        (a.min(b), a.max(b))
+    pub fn inverse(&self) -> DVec3 {
+        self.direction.map(|d| if d.abs() < LEAST { d.signum() / LEAST } else { d.recip() })
     }
 }
+
+/// Components of a direction below this count as this: its inverse is finite in single precision.
+const LEAST: f64 = 1e-20;

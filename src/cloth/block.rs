@@ -6,9 +6,10 @@ use glam::DVec3;
 use super::spec::YarnShape;
 use super::twist::Twist;
 use super::yarn_path::{YarnPath, YarnSet};
-use crate::accel::bilinear::Bilinear;
-use crate::accel::bvh::{Bounds, Bvh};
-use crate::accel::cylinder::{Cylinder, Leave};
+use crate::accel::bilinear::{Bilinear, Edge};
+use crate::accel::bounds::Bounds;
+use crate::accel::bvh::Bvh;
+use crate::accel::cylinder::{Cylinder, Joint, Leave};
 use crate::accel::ray::Ray;
 
 /// Everything that the geometry of a block depends on, in the block's own coordinates: its corner
@@ -40,33 +41,57 @@ impl YarnForms {
     }
 }
 
-/// Which yarn a segment belongs to, and where the segments of its ply lie in the block's list.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// Which yarn a piece of surface belongs to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Strand {
     /// The yarn's direction.
     pub set: YarnSet,
     /// The yarn, counted from the block's first of that set.
     pub yarn: i32,
+    /// The first of its cuts.
     first: usize,
+    /// The last of its cuts.
     last: usize,
 }
 
-#[derive(Debug, Clone, Copy)]
-enum Shape {
-    Cylinder(Cylinder),
-    Patch(Bilinear),
+/// The cuts between the pieces of the yarns of one direction, strand after strand: piece i of the
+/// surface lies between cuts i and i + 1.
+#[derive(Debug)]
+enum Cuts {
+    /// Of round plies, and the plies' radius.
+    Joints(Vec<Joint>, f64),
+    /// Of ribbons.
+    Edges(Vec<Edge>),
 }
 
 /// The geometry of a block.
 #[derive(Debug)]
 pub struct Block {
-    shapes: Vec<Shape>,
-    /// The strand of each shape.
-    strand_of: Vec<u32>,
-    strands: Vec<Strand>,
+    cuts: [Cuts; 2],
+    /// Those of each set in the order of their cuts.
+    strands: [Vec<Strand>; 2],
+    /// Over the pieces that reach into the block.
     bvh: Bvh,
-    /// The shapes that the hierarchy holds: those that reach into the block.
-    inside: Vec<u32>,
+}
+
+/// A piece of surface in a block.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Piece(u32);
+
+impl Piece {
+    fn new(set: YarnSet, cut: usize) -> Self {
+        Self(2 * cut as u32 + set as u32)
+    }
+
+    #[inline]
+    fn set(self) -> usize {
+        (self.0 % 2) as usize
+    }
+
+    #[inline]
+    fn cut(self) -> usize {
+        (self.0 / 2) as usize
+    }
 }
 
 /// A point of a yarn's surface.
@@ -79,116 +104,135 @@ pub struct SurfacePoint {
 }
 
 impl Block {
-    /// Builds the shapes of `plan` and the hierarchy over those that reach into the block.
+    /// Builds the strands of `plan` that reach into the block, and the hierarchy over their pieces
+    /// that do.
     pub fn new(plan: &BlockPlan, forms: &YarnForms) -> Self {
-        let (mut shapes, mut strands, mut strand_of) = (Vec::new(), Vec::new(), Vec::new());
-        let mut bounds = Vec::new();
-        for (yarn, path) in &plan.yarns {
-            for strand_shapes in strand_shapes(path, forms.of(path.set)) {
-                let first = shapes.len();
-                strand_of.resize(first + strand_shapes.len(), strands.len() as u32);
-                bounds.extend(strand_shapes.iter().map(Shape::bounds));
-                shapes.extend(strand_shapes);
-                strands.push(Strand { set: path.set, yarn: *yarn, first, last: shapes.len() - 1 });
+        let mut boxes = Vec::new();
+        let [warp, weft] = [YarnSet::Warp, YarnSet::Weft].map(|set| match forms.of(set) {
+            (shape @ YarnShape::Round { plies, ply_radius, .. }, twist) => {
+                let all =
+                    |path: &YarnPath| (0..plies).map(|n| path.ply(&shape, twist, n)).collect();
+                let bounds = |start, end| Cylinder::new(start, end, ply_radius).bounds();
+                let (joints, strands) = inside(plan, set, all, bounds, &mut boxes);
+                (Cuts::Joints(joints, ply_radius), strands)
             }
-        }
-        let inside: Vec<u32> = (0..shapes.len() as u32)
-            .filter(|&i| overlaps(&bounds[i as usize], plan.size))
-            .collect();
-        let boxes: Vec<_> = inside.iter().map(|&i| bounds[i as usize]).collect();
-        Self { shapes, strand_of, strands, bvh: Bvh::new(&boxes), inside }
+            (YarnShape::Flat { width, .. }, _) => {
+                let all = |path: &YarnPath| vec![path.ribbon(width)];
+                let bounds = |start, end| Bilinear::new(start, end).bounds();
+                let (edges, strands) = inside(plan, set, all, bounds, &mut boxes);
+                (Cuts::Edges(edges), strands)
+            }
+        });
+        Self { cuts: [warp.0, weft.0], strands: [warp.1, weft.1], bvh: Bvh::new(&boxes) }
     }
 
-    /// The nearest surface that the ray enters within (`t_min`, `t_max`): its number and distance.
+    /// The nearest surface that the ray enters within (`t_min`, `t_max`), and its distance; `inverse`
+    /// is that of its direction.
     #[inline]
-    pub fn nearest(&self, ray: &Ray, t_min: f64, t_max: f64) -> Option<(usize, f64)> {
-        let hit = self.bvh.nearest(ray, t_min, t_max, |slot, t_max| {
-            self.shapes[self.inside[slot] as usize].enter(ray, t_min, t_max)
-        });
-        hit.map(|(slot, t)| (self.inside[slot] as usize, t))
+    pub fn nearest(
+        &self,
+        ray: &Ray,
+        inverse: DVec3,
+        t_min: f64,
+        t_max: f64,
+    ) -> Option<(Piece, f64)> {
+        let enter = |piece, t_max| self.enter(Piece(piece), ray, t_min, t_max);
+        let hit = self.bvh.nearest(ray, inverse, t_min, t_max, enter);
+        hit.map(|(piece, t)| (Piece(piece), t))
     }
 
     /// Whether the ray enters any surface within (`t_min`, `t_max`).
     #[inline]
-    pub fn any(&self, ray: &Ray, t_min: f64, t_max: f64) -> bool {
-        self.bvh.any(ray, t_min, t_max, |slot| {
-            self.shapes[self.inside[slot] as usize].enter(ray, t_min, t_max).is_some()
-        })
+    pub fn any(&self, ray: &Ray, inverse: DVec3, t_min: f64, t_max: f64) -> bool {
+        let enters = |piece| self.enter(Piece(piece), ray, t_min, t_max).is_some();
+        self.bvh.any(ray, inverse, t_min, t_max, enters)
     }
 
-    /// The strand that shape `number` is a piece of.
     #[inline]
-    pub fn strand(&self, number: usize) -> &Strand {
-        &self.strands[self.strand_of[number] as usize]
+    fn enter(&self, piece: Piece, ray: &Ray, t_min: f64, t_max: f64) -> Option<f64> {
+        match &self.cuts[piece.set()] {
+            Cuts::Joints(joints, radius) => {
+                cylinder(joints, *radius, piece.cut()).enter(ray, t_min, t_max)
+            }
+            Cuts::Edges(edges) => patch(edges, piece.cut()).intersect(ray, t_min, t_max),
+        }
     }
 
-    /// Normal and tangent where the ray meets shape `number` at distance `t`.
+    /// The strand that `piece` belongs to.
     #[inline]
-    pub fn surface(&self, number: usize, ray: &Ray, t: f64) -> SurfacePoint {
-        let (normal, tangent) = match &self.shapes[number] {
-            Shape::Cylinder(cylinder) => cylinder.shading(ray.at(t)),
-            Shape::Patch(patch) => patch.shading(ray.at(t)),
+    pub fn strand(&self, piece: Piece) -> &Strand {
+        let strands = &self.strands[piece.set()];
+        &strands[strands.partition_point(|strand| strand.last <= piece.cut())]
+    }
+
+    /// Normal and tangent where the ray meets `piece` at distance `t`.
+    #[inline]
+    pub fn surface(&self, piece: Piece, ray: &Ray, t: f64) -> SurfacePoint {
+        let (normal, tangent) = match &self.cuts[piece.set()] {
+            Cuts::Joints(joints, radius) => {
+                cylinder(joints, *radius, piece.cut()).shading(ray.at(t))
+            }
+            Cuts::Edges(edges) => patch(edges, piece.cut()).shading(ray.at(t)),
         };
         SurfacePoint { normal, tangent }
     }
 
-    /// Where a ray that starts inside the ply of shape `number` leaves that ply: the shape and the
-    /// distance. Segments are walked from joint to joint; where the stored stretch ends the ray is out.
+    /// Where a ray that starts inside the ply of `piece` leaves that ply: the piece and the distance.
+    /// Pieces are walked from joint to joint; where the stored stretch ends the ray is out.
     #[inline]
-    pub fn leave(&self, number: usize, ray: &Ray) -> (usize, f64) {
-        let strand = self.strand(number);
-        let (mut number, mut t) = (number, 0.0);
+    pub fn leave(&self, piece: Piece, ray: &Ray) -> (Piece, f64) {
+        let Cuts::Joints(joints, radius) = &self.cuts[piece.set()] else { return (piece, 0.0) };
+        let strand = self.strand(piece);
+        let (mut cut, mut t) = (piece.cut(), 0.0);
         loop {
-            let Shape::Cylinder(cylinder) = &self.shapes[number] else { return (number, t) };
-            match cylinder.leave(ray, t) {
-                Leave::Forward(through) if number < strand.last => {
-                    (number, t) = (number + 1, through)
-                }
-                Leave::Backward(through) if number > strand.first => {
-                    (number, t) = (number - 1, through);
-                }
+            match cylinder(joints, *radius, cut).leave(ray, t) {
+                Leave::Forward(through) if cut + 1 < strand.last => (cut, t) = (cut + 1, through),
+                Leave::Backward(through) if cut > strand.first => (cut, t) = (cut - 1, through),
                 Leave::Wall(out) | Leave::Forward(out) | Leave::Backward(out) => {
-                    return (number, out);
+                    return (Piece::new(strand.set, cut), out);
                 }
             }
         }
     }
 }
 
-/// The shapes of a yarn, ply by ply.
-fn strand_shapes(path: &YarnPath, (shape, twist): (YarnShape, Twist)) -> Vec<Vec<Shape>> {
-    match shape {
-        YarnShape::Round { plies, ply_radius, .. } => (0..plies)
-            .map(|ply| {
-                let joints = path.ply(&shape, twist, ply);
-                let cylinder =
-                    |pair: &[_]| Shape::Cylinder(Cylinder::new(pair[0], pair[1], ply_radius));
-                joints.windows(2).map(cylinder).collect()
-            })
-            .collect(),
-        YarnShape::Flat { width, .. } => {
-            let edges = path.ribbon(width);
-            let patch = |pair: &[_]| Shape::Patch(Bilinear::new(pair[0], pair[1]));
-            vec![edges.windows(2).map(patch).collect()]
-        }
-    }
+#[inline]
+fn cylinder(joints: &[Joint], radius: f64, cut: usize) -> Cylinder {
+    Cylinder::new(joints[cut], joints[cut + 1], radius)
 }
 
-impl Shape {
-    fn bounds(&self) -> Bounds {
-        match self {
-            Self::Cylinder(cylinder) => cylinder.bounds(),
-            Self::Patch(patch) => patch.bounds(),
-        }
-    }
+#[inline]
+fn patch(edges: &[Edge], cut: usize) -> Bilinear {
+    Bilinear::new(edges[cut], edges[cut + 1])
+}
 
-    #[inline]
-    fn enter(&self, ray: &Ray, t_min: f64, t_max: f64) -> Option<f64> {
-        match self {
-            Self::Cylinder(cylinder) => cylinder.enter(ray, t_min, t_max),
-            Self::Patch(patch) => patch.intersect(ray, t_min, t_max),
+/// The cuts of those strands of a set that reach into the block; their pieces that do are added to
+/// `boxes`. `cuts_of` answers the cuts of a yarn, strand by strand.
+fn inside<C: Copy>(
+    plan: &BlockPlan,
+    set: YarnSet,
+    cuts_of: impl Fn(&YarnPath) -> Vec<Vec<C>>,
+    bounds: impl Fn(C, C) -> Bounds,
+    boxes: &mut Vec<(u32, Bounds)>,
+) -> (Vec<C>, Vec<Strand>) {
+    let (mut cuts, mut strands) = (Vec::new(), Vec::new());
+    for (yarn, path) in plan.yarns.iter().filter(|(_, path)| path.set == set) {
+        for strand in cuts_of(path) {
+            let first = cuts.len();
+            let pieces = strand.windows(2).map(|pair| bounds(pair[0], pair[1])).enumerate();
+            let before = boxes.len();
+            boxes.extend(
+                pieces
+                    .filter(|(_, bounds)| overlaps(bounds, plan.size))
+                    .map(|(cut, bounds)| (Piece::new(set, first + cut).0, bounds)),
+            );
+            if boxes.len() > before {
+                cuts.extend(strand);
+                strands.push(Strand { set, yarn: *yarn, first, last: cuts.len() - 1 });
+            }
         }
     }
+    (cuts, strands)
 }
 
 /// Whether a box reaches over the block's footprint, with room for rounding.

@@ -1,5 +1,7 @@
 //! A grid of blocks that repeats over the plane, and the walk of a ray through it.
 
+use glam::DVec3;
+
 use crate::accel::ray::Ray;
 
 /// The edges of the blocks along one axis, over one tile that repeats without end.
@@ -45,12 +47,14 @@ impl Axis {
 
     #[inline]
     fn locate(&self, position: f64) -> Cell {
-        let tile = (position / self.period()).floor();
+        let tile = floor(position / self.period());
         let within = position - tile * self.period();
-        let index = if self.len() == 1 {
-            0
+        let last = self.len() - 1;
+        let guess = ((within / self.period() * self.len() as f64) as usize).min(last);
+        let index = if self.edges[guess] <= within && within < self.edges[guess + 1] {
+            guess
         } else {
-            (self.edges.partition_point(|&edge| edge <= within).max(1) - 1).min(self.len() - 1)
+            (self.edges.partition_point(|&edge| edge <= within).max(1) - 1).min(last)
         };
         Cell { index, tile }
     }
@@ -89,28 +93,32 @@ pub struct Visit {
     pub t_leave: f64,
 }
 
-/// Calls `visit` for the blocks whose footprints the ray crosses between `t_min` and `t_max`, in
-/// order, until it answers something. The cost grows with the number of blocks crossed.
+/// The largest whole number up to `x`: `f64::floor` is a call where processors of old must be served.
+#[inline]
+fn floor(x: f64) -> f64 {
+    let toward_zero = x as i64 as f64;
+    toward_zero - f64::from(u8::from(toward_zero > x))
+}
+
+/// Calls `visit` for the blocks whose footprints the ray crosses from its origin to `t_max`, in order,
+/// until it answers something; `inverse` is that of its direction. The cost grows with the number of
+/// blocks crossed.
 #[inline]
 pub fn walk<R>(
     axes: &[Axis; 2],
     ray: &Ray,
-    t_min: f64,
+    inverse: DVec3,
     t_max: f64,
     mut visit: impl FnMut(Visit) -> Option<R>,
 ) -> Option<R> {
-    let start = ray.at(t_min);
-    let mut cells = [axes[0].locate(start.x), axes[1].locate(start.y)];
-    let mut t = t_min;
-    let inverse = [ray.direction.x.recip(), ray.direction.y.recip()];
+    let mut cells = [axes[0].locate(ray.origin.x), axes[1].locate(ray.origin.y)];
+    let mut t = 0.0;
     loop {
         let leave = |axis: usize| {
             let forward = inverse[axis] > 0.0;
             let cell = cells[axis];
             let edge = if forward { axes[axis].high(cell) } else { axes[axis].low(cell) };
-            // A ray along the other axis never crosses: infinite, and NaN becomes infinite too.
-            let t = (edge - ray.origin[axis]) * inverse[axis];
-            if inverse[axis].is_finite() { t } else { f64::INFINITY }
+            (edge - ray.origin[axis]) * inverse[axis]
         };
         let crossings = [leave(0), leave(1)];
         let axis = usize::from(crossings[1] < crossings[0]);
@@ -132,11 +140,10 @@ pub fn walk<R>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::DVec3;
 
     fn visits(axes: &[Axis; 2], ray: &Ray, t_max: f64) -> Vec<Visit> {
         let mut all = Vec::new();
-        let nothing: Option<()> = walk(axes, ray, 0.0, t_max, |visit| {
+        let nothing: Option<()> = walk(axes, ray, ray.inverse(), t_max, |visit| {
             all.push(visit);
             None
         });

@@ -9,7 +9,7 @@ use std::sync::OnceLock;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::block::{Block, BlockPlan, SurfacePoint, YarnForms};
+use super::block::{Block, BlockPlan, Piece, SurfacePoint, YarnForms};
 use super::grid::{Axis, Visit, walk};
 use super::layout::{Layout, Placed};
 use super::spec::ClothSpec;
@@ -52,7 +52,7 @@ pub struct Hit {
     /// Normal and tangent.
     pub surface: SurfacePoint,
     plan: u32,
-    shape: u32,
+    piece: Piece,
     corner: DVec3,
 }
 
@@ -60,6 +60,8 @@ pub struct Hit {
 struct Clipped {
     /// It, in the grid's coordinates.
     ray: Ray,
+    /// Of its direction.
+    inverse: DVec3,
     /// Where along the whole ray it starts; the other distances are measured from there.
     start: f64,
     /// The least distance of a hit.
@@ -102,24 +104,24 @@ impl Swatch {
     /// The nearest yarn that the ray enters from outside.
     #[inline]
     pub fn nearest(&self, ray: &Ray) -> Option<Hit> {
-        let Clipped { ray, start, t_min, t_max } = self.clip(ray, f64::INFINITY)?;
-        walk(&self.axes, &ray, 0.0, t_max, |visit| {
+        let Clipped { ray, inverse, start, t_min, t_max } = self.clip(ray, f64::INFINITY)?;
+        walk(&self.axes, &ray, inverse, t_max, |visit| {
             let (plan, corner) = self.visited(&visit);
             let local = ray.shifted(corner);
             let block = self.block(plan);
             let slack = self.t_min;
             let (t_enter, t_leave) = (visit.t_enter - slack, visit.t_leave + slack);
-            let (shape, t) = block.nearest(&local, t_enter.max(t_min), t_leave)?;
-            let strand = block.strand(shape);
+            let (piece, t) = block.nearest(&local, inverse, t_enter.max(t_min), t_leave)?;
+            let strand = block.strand(piece);
             let axis = strand.set as usize;
             let yarn = self.first_yarn[axis][visit.block[axis]] as i64 + i64::from(strand.yarn);
             Some(Hit {
                 t: start + t,
                 set: strand.set,
                 yarn: yarn.rem_euclid(self.counts[axis] as i64) as usize,
-                surface: block.surface(shape, &local, t),
+                surface: block.surface(piece, &local, t),
                 plan,
-                shape: shape as u32,
+                piece,
                 corner,
             })
         })
@@ -129,13 +131,13 @@ impl Swatch {
     #[inline]
     pub fn occluded(&self, ray: &Ray, t_max: f64) -> bool {
         let Some(clipped) = self.clip(ray, t_max) else { return false };
-        let Clipped { ray, t_min, t_max, .. } = clipped;
-        let found = walk(&self.axes, &ray, 0.0, t_max, |visit| {
+        let Clipped { ray, inverse, t_min, t_max, .. } = clipped;
+        let found = walk(&self.axes, &ray, inverse, t_max, |visit| {
             let (plan, corner) = self.visited(&visit);
             let slack = self.t_min;
             let (t_enter, t_leave) = (visit.t_enter - slack, visit.t_leave + slack);
             let (t_enter, t_leave) = (t_enter.max(t_min), t_leave.min(t_max));
-            self.block(plan).any(&ray.shifted(corner), t_enter, t_leave).then_some(())
+            self.block(plan).any(&ray.shifted(corner), inverse, t_enter, t_leave).then_some(())
         });
         found.is_some()
     }
@@ -146,8 +148,8 @@ impl Swatch {
     pub fn leave(&self, hit: &Hit, ray: &Ray) -> (f64, SurfacePoint) {
         let local = self.to_grid(ray).shifted(hit.corner);
         let block = self.block(hit.plan);
-        let (shape, t) = block.leave(hit.shape as usize, &local);
-        (t, block.surface(shape, &local, t))
+        let (piece, t) = block.leave(hit.piece, &local);
+        (t, block.surface(piece, &local, t))
     }
 
     /// The stretch of the ray inside the swatch, if any. It starts there, since what a far camera
@@ -155,15 +157,15 @@ impl Swatch {
     #[inline]
     fn clip(&self, ray: &Ray, t_max: f64) -> Option<Clipped> {
         let ray = self.to_grid(ray);
-        let slabs = [
-            ray.slab(0, 0.0, self.size[0]),
-            ray.slab(1, -self.size[1], 0.0),
-            ray.slab(2, self.heights[0], self.heights[1]),
-        ];
-        let start = slabs.iter().fold(0.0, |t: f64, slab| t.max(slab.0));
-        let end = slabs.iter().fold(t_max, |t: f64, slab| t.min(slab.1));
+        let inverse = ray.inverse();
+        let [width, height] = self.size;
+        let low = (DVec3::new(0.0, -height, self.heights[0]) - ray.origin) * inverse;
+        let high = (DVec3::new(width, 0.0, self.heights[1]) - ray.origin) * inverse;
+        let start = low.min(high).max_element().max(0.0);
+        let end = low.max(high).min_element().min(t_max);
         (start < end).then(|| Clipped {
             ray: Ray { origin: ray.at(start), ..ray },
+            inverse,
             start,
             t_min: self.t_min - start,
             t_max: end - start,
