@@ -1,6 +1,5 @@
-//! The bounding volume hierarchy: obvhs builds a binary one, of which three levels are merged into
-//! one, so that a ray is tested against eight boxes at a time (Wald et al. 2008, "Getting rid of
-//! packets").
+//! The bounding volume hierarchy: obvhs builds a binary one, of which four levels are merged into one,
+//! so that a ray is tested against sixteen boxes at a time (Wald et al. 2008, "Getting rid of packets").
 
 use std::iter;
 
@@ -17,11 +16,10 @@ use super::ray::Ray;
 /// Boxes grow by this fraction of the whole, so that single precision never loses a hit.
 const RELATIVE_PADDING: f64 = 1e-5;
 
-/// Children of a node.
-const WIDTH: usize = 8;
-
-/// Marks a child that is a box's number rather than a node's.
-const LEAF: u32 = 1 << 31;
+/// Children of a node, as many as fit into [`GROUPS`] vectors. Branches that the processor cannot
+/// foresee cost more than boxes tested in vain.
+const WIDTH: usize = 4 * GROUPS;
+const GROUPS: usize = 4;
 
 struct Padded(Aabb);
 
@@ -35,9 +33,11 @@ impl Boundable for Padded {
 #[derive(Debug, Clone)]
 struct Node {
     /// Lower and upper x, lower and upper y, lower and upper z.
-    planes: [[Vec4; 2]; 6],
-    /// What is in each: the number of a node, or of a box with the [`LEAF`] bit.
+    planes: [[Vec4; GROUPS]; 6],
+    /// What is in each: the number of a node, or of what was put into the hierarchy.
     children: [u32; WIDTH],
+    /// A bit for each child that is no node.
+    leaves: u32,
 }
 
 /// Children that a ray has still to look at, and where it enters them.
@@ -57,12 +57,12 @@ impl Bvh {
             .map(|(_, b)| b.grown(RELATIVE_PADDING * reach))
             .map(|b| Padded(Aabb::new(b.min.as_vec3a(), b.max.as_vec3a())))
             .collect();
-        let params = BvhBuildParams { max_prims_per_leaf: 1, ..BvhBuildParams::slow_build() };
+        let params = BvhBuildParams { max_prims_per_leaf: 1, ..BvhBuildParams::very_slow_build() };
         let binary = build_bvh2(&padded, params, &mut Default::default());
         let mut nodes = Vec::new();
         if !binary.nodes.is_empty() {
             let number = |slot| boxes[binary.primitive_indices[slot] as usize].0;
-            merge(&binary, vec![0], &number, &mut nodes);
+            merge(&binary, 0, &number, &mut nodes);
         }
         Self(nodes)
     }
@@ -109,7 +109,7 @@ impl Bvh {
         found
     }
 
-    /// Visits the boxes that the ray meets, nearer ones first; `visit` may bring its end nearer.
+    /// Visits the boxes that the ray meets, nearer nodes first; `visit` may bring its end nearer.
     #[inline]
     fn traverse(&self, ray: &SingleRay, mut visit: impl FnMut(u32) -> Option<f32>) {
         if self.0.is_empty() {
@@ -119,12 +119,14 @@ impl Bvh {
         let mut pending = Pending::new();
         let mut current = 0;
         loop {
-            let nearest = if current & LEAF == 0 {
-                self.0[current as usize].enter(ray, t_max, &mut pending)
-            } else {
-                t_max = visit(current & !LEAF).unwrap_or(t_max);
-                None
-            };
+            let node: &Node = &self.0[current as usize];
+            let (entry, hits) = node.intersect(ray, t_max);
+            for child in bits(hits & node.leaves) {
+                if entry[child] <= t_max {
+                    t_max = visit(node.children[child]).unwrap_or(t_max);
+                }
+            }
+            let nearest = node.nearest(&entry, hits & !node.leaves, &mut pending);
             let next = nearest.or_else(|| {
                 iter::from_fn(|| pending.pop()).find(|&(t, _)| t <= t_max).map(|(_, child)| child)
             });
@@ -135,70 +137,58 @@ impl Bvh {
 }
 
 impl Node {
-    /// The child that the ray enters first; others that it meets before `t_max` become pending.
-    #[inline]
-    fn enter(&self, ray: &SingleRay, t_max: f32, pending: &mut Pending) -> Option<u32> {
-        let (entry, mut hits) = self.intersect(ray, t_max);
-        let mut nearest = None;
-        while hits != 0 {
-            let child = hits.trailing_zeros() as usize;
-            hits &= hits - 1;
-            let met = (entry[child], self.children[child]);
-            nearest = match nearest {
-                None => Some(met),
-                Some(best) => {
-                    let (near, far) = if met.0 < best.0 { (met, best) } else { (best, met) };
-                    pending.push(far);
-                    Some(near)
-                }
-            };
-        }
-        nearest.map(|(_, child)| child)
-    }
-
     /// Where the ray enters each box, and a bit for each that it meets before `t_max`.
     #[inline]
     fn intersect(&self, ray: &SingleRay, t_max: f32) -> ([f32; WIDTH], u32) {
-        let halves = [0, 1].map(|half| {
+        let (mut entry, mut hits) = ([0.0; WIDTH], 0);
+        for group in 0..GROUPS {
             let (mut enter, mut leave) = (Vec4::ZERO, Vec4::splat(t_max));
             for axis in 0..3 {
                 let near = ray.near[axis];
                 let (origin, inverse) = (ray.origin[axis], ray.inverse[axis]);
-                enter = enter.max((self.planes[near][half] - origin) * inverse);
-                leave = leave.min((self.planes[near ^ 1][half] - origin) * inverse);
+                enter = enter.max((self.planes[near][group] - origin) * inverse);
+                leave = leave.min((self.planes[near ^ 1][group] - origin) * inverse);
             }
-            (enter, enter.cmple(leave).bitmask())
+            enter.write_to_slice(&mut entry[4 * group..]);
+            hits |= enter.cmple(leave).bitmask() << (4 * group);
+        }
+        (entry, hits)
+    }
+
+    /// That of the children `hits` which the ray enters first; the others become pending.
+    #[inline]
+    fn nearest(&self, entry: &[f32; WIDTH], hits: u32, pending: &mut Pending) -> Option<u32> {
+        let met = bits(hits).map(|child| (entry[child], self.children[child]));
+        let nearest = met.reduce(|best, met| {
+            let (near, far) = if met.0 < best.0 { (met, best) } else { (best, met) };
+            pending.push(far);
+            near
         });
-        let [(low, hits), (high, more)] = halves;
-        let mut entry = [0.0; WIDTH];
-        low.write_to_slice(&mut entry);
-        high.write_to_slice(&mut entry[4..]);
-        (entry, hits | more << 4)
+        nearest.map(|(_, child)| child)
     }
 }
 
-/// Adds a node over the given nodes of the binary hierarchy, at most two, and all below it; answers
-/// its number.
+/// The places of the bits that are set.
+#[inline]
+fn bits(mut mask: u32) -> impl Iterator<Item = usize> {
+    iter::from_fn(move || {
+        let place = mask.trailing_zeros();
+        mask &= mask.wrapping_sub(1);
+        (place < u32::BITS).then_some(place as usize)
+    })
+}
+
+/// Adds a node over at most [`WIDTH`] nodes of the binary hierarchy that make up node `root`, and all
+/// below it; answers its number.
 fn merge(
     binary: &Bvh2,
-    mut held: Vec<usize>,
+    root: usize,
     number_of: &impl Fn(usize) -> u32,
     nodes: &mut Vec<Node>,
 ) -> u32 {
-    let size = |&slot: &usize| {
-        let node = &binary.nodes[slot];
-        if node.is_leaf() { -1.0 } else { node.aabb().half_area() }
-    };
-    while held.len() < WIDTH {
-        let largest = (0..held.len()).max_by(|&a, &b| size(&held[a]).total_cmp(&size(&held[b])));
-        let Some(open) = largest.filter(|&i| !binary.nodes[held[i]].is_leaf()) else { break };
-        let first = binary.nodes[held[open]].first_index as usize;
-        held[open] = first;
-        held.push(first + 1);
-    }
-    let number = nodes.len();
+    let held = opened(binary, root);
     let nothing = [f32::INFINITY, f32::NEG_INFINITY];
-    let mut planes = [0, 1, 2, 3, 4, 5].map(|plane| [[nothing[plane % 2]; 4]; 2]);
+    let mut planes = [0, 1, 2, 3, 4, 5].map(|plane| [[nothing[plane % 2]; 4]; GROUPS]);
     for (child, &slot) in held.iter().enumerate() {
         let Aabb { min, max } = *binary.nodes[slot].aabb();
         for axis in 0..3 {
@@ -206,23 +196,42 @@ fn merge(
             planes[2 * axis + 1][child / 4][child % 4] = max[axis];
         }
     }
-    nodes.push(Node { planes: planes.map(|p| p.map(Vec4::from)), children: [0; WIDTH] });
+    let number = nodes.len();
+    let planes = planes.map(|groups| groups.map(Vec4::from));
+    nodes.push(Node { planes, children: [0; WIDTH], leaves: 0 });
     for (child, slot) in held.into_iter().enumerate() {
         let node = &binary.nodes[slot];
         nodes[number].children[child] = if node.is_leaf() {
-            LEAF | number_of(node.first_index as usize)
+            nodes[number].leaves |= 1 << child;
+            number_of(node.first_index as usize)
         } else {
-            merge(binary, vec![slot], number_of, nodes)
+            merge(binary, slot, number_of, nodes)
         };
     }
     number as u32
 }
 
+/// Node `root` of the binary hierarchy, replaced by its children, the largest of which is replaced by
+/// its own, until there are [`WIDTH`] or only leaves.
+fn opened(binary: &Bvh2, root: usize) -> Vec<usize> {
+    let mut held = vec![root];
+    while held.len() < WIDTH {
+        let inner = (0..held.len()).filter(|&place| !binary.nodes[held[place]].is_leaf());
+        let area = |&place: &usize| binary.nodes[held[place]].aabb().half_area();
+        let largest = inner.max_by(|a, b| area(a).total_cmp(&area(b)));
+        let Some(largest) = largest else { break };
+        let first = binary.nodes[held[largest]].first_index as usize;
+        held[largest] = first;
+        held.push(first + 1);
+    }
+    held
+}
+
 /// A ray in single precision. It starts as near to where it may hit as can be: far from its origin
 /// a ray in single precision goes astray by more than the padding.
 struct SingleRay {
-    origin: [f32; 3],
-    inverse: [f32; 3],
+    origin: [Vec4; 3],
+    inverse: [Vec4; 3],
     /// Which plane of each axis the ray meets first.
     near: [usize; 3],
     t_max: f32,
@@ -234,6 +243,7 @@ impl SingleRay {
         let inverse = inverse.as_vec3().to_array();
         let near = [0, 1, 2].map(|axis| 2 * axis + usize::from(inverse[axis] < 0.0));
         let origin = ray.at(t_min).as_vec3().to_array();
+        let [origin, inverse] = [origin, inverse].map(|v| v.map(Vec4::splat));
         Self { origin, inverse, near, t_max: round_up(t_max - t_min) }
     }
 }
@@ -241,4 +251,61 @@ impl SingleRay {
 #[inline]
 fn round_up(t: f64) -> f32 {
     (t + 1e-6 * t.abs()) as f32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::rng::Sampler;
+
+    fn point(sampler: &mut Sampler) -> DVec3 {
+        DVec3::from_array([(); 3].map(|()| 4.0 * sampler.next_1d() - 2.0))
+    }
+
+    /// Some boxes, of which half lie on one spot, numbered backwards.
+    fn boxes(count: u32) -> Vec<(u32, Bounds)> {
+        let sampler = &mut Sampler::new(1, u64::from(count), 0);
+        let corner = |i: u32, sampler: &mut Sampler| {
+            if i % 2 == 0 { DVec3::ONE } else { point(sampler) }
+        };
+        (0..count)
+            .map(|i| {
+                let (low, size) = (corner(i, sampler), 0.2 * (point(sampler) + 2.0));
+                (count - i, Bounds { min: low, max: low + size })
+            })
+            .collect()
+    }
+
+    /// Where a ray enters a box, or 0 if it starts in it.
+    fn enter(ray: &Ray, bounds: &Bounds) -> Option<f64> {
+        let [a, b] = [bounds.min, bounds.max].map(|p| (p - ray.origin) * ray.inverse());
+        let (t_in, t_out) = (a.min(b).max_element().max(0.0), a.max(b).min_element());
+        (t_in <= t_out).then_some(t_in)
+    }
+
+    #[test]
+    fn boxes_are_met_as_by_trying_them_all() {
+        for count in [0, 1, 2, 16, 17, 300] {
+            let boxes = boxes(count);
+            let bvh = Bvh::new(&boxes);
+            let number = |i: u32| boxes[(count - i) as usize].1;
+            for i in 0..2000 {
+                let sampler = &mut Sampler::new(2, i, 0);
+                let mut direction = point(sampler).normalize();
+                if i % 8 == 0 {
+                    direction = DVec3::NEG_Y;
+                }
+                let ray = Ray { origin: 1.5 * point(sampler), direction };
+                let t_max = 3.0 * sampler.next_1d();
+                let met = |i: u32| enter(&ray, &number(i)).filter(|&t| t < t_max);
+                let expected = (1..=count).filter_map(met).min_by(f64::total_cmp);
+                let found = bvh.nearest(&ray, ray.inverse(), 0.0, t_max, |i, t_max| {
+                    met(i).filter(|&t| t < t_max)
+                });
+                assert_eq!(found.map(|(_, t)| t), expected, "{count} boxes, ray {i}");
+                let any = bvh.any(&ray, ray.inverse(), 0.0, t_max, |i| met(i).is_some());
+                assert_eq!(any, expected.is_some(), "{count} boxes, ray {i}");
+            }
+        }
+    }
 }

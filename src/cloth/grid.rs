@@ -9,6 +9,8 @@ use crate::accel::ray::Ray;
 pub struct Axis {
     /// From 0 to the tile's length, ascending.
     edges: Vec<f64>,
+    /// Tiles and blocks to a millimetre.
+    density: [f64; 2],
 }
 
 /// A block along one axis: its number inside the tile, and where the tile starts.
@@ -27,7 +29,8 @@ impl Axis {
             edge += length;
             edge
         }));
-        Self { edges }
+        let density = [1.0, (edges.len() - 1) as f64].map(|count| count / edge);
+        Self { edges, density }
     }
 
     /// The length of the tile.
@@ -47,10 +50,10 @@ impl Axis {
 
     #[inline]
     fn locate(&self, position: f64) -> Cell {
-        let tile = floor(position / self.period());
+        let tile = floor(position * self.density[0]);
         let within = position - tile * self.period();
         let last = self.len() - 1;
-        let guess = ((within / self.period() * self.len() as f64) as usize).min(last);
+        let guess = ((within * self.density[1]) as usize).min(last);
         let index = if self.edges[guess] <= within && within < self.edges[guess + 1] {
             guess
         } else {

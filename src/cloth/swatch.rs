@@ -105,25 +105,26 @@ impl Swatch {
     #[inline]
     pub fn nearest(&self, ray: &Ray) -> Option<Hit> {
         let Clipped { ray, inverse, start, t_min, t_max } = self.clip(ray, f64::INFINITY)?;
-        walk(&self.axes, &ray, inverse, t_max, |visit| {
+        let (visit, piece, t) = walk(&self.axes, &ray, inverse, t_max, |visit| {
             let (plan, corner) = self.visited(&visit);
+            let (t_enter, t_leave) = (visit.t_enter - self.t_min, visit.t_leave + self.t_min);
             let local = ray.shifted(corner);
-            let block = self.block(plan);
-            let slack = self.t_min;
-            let (t_enter, t_leave) = (visit.t_enter - slack, visit.t_leave + slack);
-            let (piece, t) = block.nearest(&local, inverse, t_enter.max(t_min), t_leave)?;
-            let strand = block.strand(piece);
-            let axis = strand.set as usize;
-            let yarn = self.first_yarn[axis][visit.block[axis]] as i64 + i64::from(strand.yarn);
-            Some(Hit {
-                t: start + t,
-                set: strand.set,
-                yarn: yarn.rem_euclid(self.counts[axis] as i64) as usize,
-                surface: block.surface(piece, &local, t),
-                plan,
-                piece,
-                corner,
-            })
+            let hit = self.block(plan).nearest(&local, inverse, t_enter.max(t_min), t_leave);
+            hit.map(|(piece, t)| (visit, piece, t))
+        })?;
+        let (plan, corner) = self.visited(&visit);
+        let block = self.block(plan);
+        let strand = block.strand(piece);
+        let axis = strand.set as usize;
+        let yarn = self.first_yarn[axis][visit.block[axis]] as i64 + i64::from(strand.yarn);
+        Some(Hit {
+            t: start + t,
+            set: strand.set,
+            yarn: yarn.rem_euclid(self.counts[axis] as i64) as usize,
+            surface: block.surface(piece, &ray.shifted(corner), t),
+            plan,
+            piece,
+            corner,
         })
     }
 
@@ -134,8 +135,7 @@ impl Swatch {
         let Clipped { ray, inverse, t_min, t_max, .. } = clipped;
         let found = walk(&self.axes, &ray, inverse, t_max, |visit| {
             let (plan, corner) = self.visited(&visit);
-            let slack = self.t_min;
-            let (t_enter, t_leave) = (visit.t_enter - slack, visit.t_leave + slack);
+            let (t_enter, t_leave) = (visit.t_enter - self.t_min, visit.t_leave + self.t_min);
             let (t_enter, t_leave) = (t_enter.max(t_min), t_leave.min(t_max));
             self.block(plan).any(&ray.shifted(corner), inverse, t_enter, t_leave).then_some(())
         });
