@@ -3,7 +3,7 @@
 A satin whose ends are ribbons and whose picks are round yarns is rendered on the photo rig, lit
 from the front and from behind. All optical parameters of both yarns are then looked for, from the
 same start for both. Printed for each: the hidden value, what was found, how far off that is, and
-how far off noise as large as what the fit left could put it. What the pictures cannot tell to 2.5%
+its standard error. What the pictures cannot tell to 2.5%
 is named with the parameters that it trades with.
 """
 
@@ -75,15 +75,13 @@ def recover(spp: int, paths: int, rounds: int) -> FitResult:
 
 def table(result: FitResult) -> list[tuple[str, float, float, float, float, tuple[str, ...]]]:
     """Label, hidden value, found, relative error, relative uncertainty and partners of each."""
-    # Uncertainties are stated for residuals of 1% of the picture's mean.
-    left = max(result.errors) / 0.01
     rows = []
     for unknown, estimate in zip(
         unknowns(None, tie=False, bounds={}), result.estimates, strict=True
     ):
         hidden = unknown.value(HIDDEN)
         off = abs(estimate.value / hidden - 1.0)
-        spread = left * estimate.uncertainty / hidden
+        spread = estimate.uncertainty / hidden
         rows.append((estimate.label, hidden, estimate.value, off, spread, estimate.partners))
     return rows
 

@@ -44,10 +44,10 @@ def test_what_the_pictures_tell_is_found_within_5_percent():
     start = replace(HIDDEN, base_color=0.5, roughness=(0.35, 0.35), eta=1.6, extinction=8.0)
     result = pc.fit(
         scenes(start),
-        pictures(HIDDEN, spp=512),
+        pictures(HIDDEN, spp=4096),
         free=["base_color", "roughness", "eta", "extinction"],
         tie=True,
-        paths=2048,
+        paths=4096,
         rounds=8,
         progress=False,
     )
@@ -55,6 +55,9 @@ def test_what_the_pictures_tell_is_found_within_5_percent():
     for estimate, value in zip(result.estimates, hidden, strict=True):
         assert estimate.identifiable
         assert estimate.value == pytest.approx(value, rel=0.05), estimate.label
+        # Neither too sure of itself nor too modest.
+        assert abs(estimate.value - value) < 4.0 * estimate.uncertainty, estimate.label
+        assert estimate.uncertainty < 0.03 * value, estimate.label
     assert result.fabric.warp.bsdf == result.fabric.weft.bsdf == result.bsdfs[0]
     assert "<table>" in result._repr_html_()
 

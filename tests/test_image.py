@@ -6,7 +6,7 @@ import plycloth as pc
 import pytest
 from PIL import Image as PilImage
 from plycloth import _plycloth, datasets
-from plycloth.image import decode, encode
+from plycloth._color import decode, encode
 
 
 @pytest.fixture
@@ -188,8 +188,10 @@ def test_gamma_is_checked(tmp_path, picture):
     picture.save(tmp_path / "a.exr")
     picture.save(tmp_path / "a.png")
     for gamma in (0.0, -1.0, np.nan):
-        with pytest.raises(ValueError, match="gamma: is"):
+        with pytest.raises(ValueError, match="gamma must be"):
             pc.read_image(tmp_path / "a.png", gamma=gamma)
+    with pytest.raises(TypeError, match="gamma must be a number"):
+        pc.read_image(tmp_path / "a.png", gamma="2.2")
     with pytest.raises(ValueError, match="EXR holds linear light"):
         pc.read_image(tmp_path / "a.exr", gamma=2.2)
     with pytest.raises(ValueError, match="EXR holds linear light"):

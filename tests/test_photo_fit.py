@@ -66,6 +66,20 @@ def test_unknown_lamps_are_named():
         pc.photo_rig(SATIN.fabric((SHINY, SHINY)), "fronts")
 
 
+@pytest.mark.parametrize(
+    ("placed", "error", "message"),
+    [
+        ({"rotation": np.nan}, pc.ParameterError, "rotation must be finite, not nan"),
+        ({"rotation": "left"}, TypeError, "rotation must be a number, not 'left'"),
+        ({"lamp_offset": (1.0, 2.0)}, pc.ParameterError, "lamp_offset must be 3 numbers, not 2"),
+        ({"lamp_offset": (0, np.inf, 0)}, pc.ParameterError, r"lamp_offset\[1\] must be in"),
+    ],
+)
+def test_placements_are_checked(placed, error, message):
+    with pytest.raises(error, match=message):
+        pc.photo_rig(SATIN.fabric((SHINY, SHINY)), "front", **placed)
+
+
 def test_weaves_for_every_repeat():
     for repeat in (None, *range(1, 13)):
         for name, pattern in weaves(repeat):

@@ -133,6 +133,7 @@ def test_a_draft_is_seen_as_it_is_drawn():
         ({"spp": 2.5}, r"spp"),
         ({"seed": -1}, r"seed"),
         ({"max_depth": 0}, r"max_depth"),
+        ({"both_sides": 1}, r"both_sides must be a bool"),
         ({"threads": 0}, r"threads"),
         ({"progress": "yes"}, r"progress"),
     ],

@@ -17,7 +17,7 @@ from plycloth._check import (
     number_or_array,
     optional,
 )
-from plycloth._color import decode_srgb
+from plycloth._color import decode
 from plycloth._value import Description
 from plycloth.bsdf import PlyBsdf
 from plycloth.weave import WeavePattern
@@ -127,8 +127,8 @@ class Fabric(Description):
             weft=weft or _default_yarn(draft.weft_thickness),
             warp_spacing_mm=_number_if_even(draft.warp_spacing),
             weft_spacing_mm=_number_if_even(draft.weft_spacing),
-            warp_colors=decode_srgb(draft.warp_colors),
-            weft_colors=decode_srgb(draft.weft_colors),
+            warp_colors=decode(draft.warp_colors),
+            weft_colors=decode(draft.weft_colors),
         )
 
     @classmethod

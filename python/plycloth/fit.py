@@ -6,7 +6,7 @@ from the parameters that a round starts with, and re-weighted for all others
 (`_plycloth.CompiledTape`), so that the objective of a round is a smooth function. It is a sum of
 squares with known slopes: Gauss-Newton steps lower it, each found by SLSQP on the quadratic model
 within bounds and a trust region. Then new paths are drawn at the new parameters, until nothing
-moves.
+moves; the end is where the paths of the last rounds together have it (`gauss_newton.settle`).
 
 Squares of noisy differences count the noise as error, and are least where there is little noise.
 Every picture is therefore drawn twice, with independent paths: errors and the objective are
@@ -35,9 +35,10 @@ from plycloth._check import (
 from plycloth.bsdf import PlyBsdf
 from plycloth.cells import cell_averages
 from plycloth.fit_result import Estimate, FitResult, Match, Step
-from plycloth.gauss_newton import minimise
+from plycloth.gauss_newton import LINEAR_RADIUS, minimise, settle
 from plycloth.identify import identify
 from plycloth.lens import Lens
+from plycloth.pool import Linear, Pool, pool
 from plycloth.progress import Progress, reporting
 from plycloth.scene import Scene
 from plycloth.unknowns import (
@@ -62,7 +63,7 @@ SMALLEST_TRUST_RADIUS = 0.01
 # A round that gains less than this part of the objective counts as a standstill.
 STANDSTILL = 0.01
 MOST_STANDSTILLS = 4
-# The residual that stated uncertainties assume: a hundredth of the picture's mean.
+# Uncertainties take this much noise for granted in every cell: a hundredth of the picture's mean.
 STATED_NOISE = 0.01
 
 _count = integer(1, 10**6)
@@ -310,6 +311,7 @@ def _solve(
 ) -> FitResult:
     u = problem.space.encode(problem.space.start)
     steps: list[Step] = []
+    seen: list[Linear] = []
     tapes = problem.record(u, seed)
     value, _ = problem.objective(tapes, u)
     radius, standstills, count = TRUST_RADIUS, 0, 0
@@ -319,7 +321,9 @@ def _solve(
         count += used
         # The step is judged by paths that it was not made to suit, beside staying where it was.
         fresh = problem.record(proposed, seed + index + 1)
-        reached, _ = problem.objective(fresh, proposed)
+        halves = problem.residuals(fresh, proposed)
+        seen += [Linear(proposed, *half) for half in halves]
+        reached = float(halves[0][0] @ halves[1][0])
         stayed, _ = problem.objective(fresh, u)
         accepted = reached < max(value, stayed)
         steps.append(Step(value, predicted, reached, radius, accepted))
@@ -333,14 +337,25 @@ def _solve(
         if radius < SMALLEST_TRUST_RADIUS or standstills >= MOST_STANDSTILLS:
             message = "converged: no further step lowers the objective"
             break
-    return _result(problem, u, steps, count, message, seed)
+    settled = settle(seen, u)
+    tapes = problem.record(settled, seed + len(steps) + 1)
+    if problem.objective(tapes, settled)[0] < problem.objective(tapes, u)[0]:
+        u = settled
+    seen += [Linear(u, *half) for half in problem.residuals(tapes, u)]
+    near = [each for each in seen if np.abs(each.u - u).max() <= LINEAR_RADIUS]
+    return _result(problem, tapes, u, pool(near, u), steps, count, message)
 
 
 def _result(
-    problem: _Problem, u: FloatArray, steps: list[Step], count: int, message: str, seed: int
+    problem: _Problem,
+    tapes: Sequence[Tapes],
+    u: FloatArray,
+    pooled: Pool,
+    steps: list[Step],
+    count: int,
+    message: str,
 ) -> FitResult:
     point = problem.space.decode(u)
-    tapes = problem.record(u, seed + len(steps) + 1)
     matches = [
         Match(target, *(problem.cells(tape, picture, u)[0] for tape in pair))
         for picture, (pair, target) in enumerate(zip(tapes, problem.targets, strict=True))
@@ -348,7 +363,7 @@ def _result(
     return FitResult(
         scenes=[with_bsdfs(scene, point.bsdfs) for scene in problem.scenes],
         lenses=point.lenses,
-        estimates=_estimates(problem, tapes, u),
+        estimates=_estimates(problem.space, pooled, u, len(tapes)),
         matches=matches,
         steps=steps,
         evaluations=count,
@@ -356,13 +371,11 @@ def _result(
     )
 
 
-def _estimates(problem: _Problem, tapes: Sequence[Tapes], u: FloatArray) -> list[Estimate]:
-    """Values with the uncertainty that residuals of `STATED_NOISE` would leave them."""
-    (_, first), (_, second) = problem.residuals(tapes, u)
+def _estimates(space: _Space, pooled: Pool, u: FloatArray, pictures: int) -> list[Estimate]:
+    """Values with the uncertainty that the residuals at `u`, and `STATED_NOISE`, leave them."""
     # Rows carry 1/sqrt(rows per picture): noise of one row is STATED_NOISE of that.
-    noise = STATED_NOISE / (len(first) / len(tapes)) ** 0.5
-    space = problem.space
-    deviations, in_weak, partners = identify(first, second, noise, space.labels)
+    noise = STATED_NOISE / (len(pooled.residuals) / pictures) ** 0.5
+    deviations, in_weak, partners = identify(pooled, noise, space.labels)
     labels, values, scales = space.labels, space.values(space.decode(u)), space.slopes(u)
     units = [parameter.unit for parameter in space.parameters]
     return [

@@ -36,10 +36,10 @@ class Estimate:
     unit
         The unit, empty for pure numbers.
     uncertainty
-        How far it could be off if every cell were off by 1% of the picture's mean, in the same
-        unit (to first order).
+        Its standard error, in the same unit (to first order): what the errors that the fit left,
+        and noise of 1% of the picture's mean in every cell, let it be off.
     identifiable
-        False if it can be changed, together with others, without the pictures changing.
+        False if it can be changed, together with others, without the pictures changing by more.
     partners
         The unknowns, at most three, that it trades with most: those whose errors go with its own.
     """

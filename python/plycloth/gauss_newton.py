@@ -1,11 +1,13 @@
 """Gauss-Newton steps within bounds, each found by SLSQP on the quadratic model."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 
 import nlopt
 import numpy as np
 from numpy.typing import NDArray
+
+from plycloth.pool import Linear, pool
 
 FloatArray = NDArray[np.float64]
 Model = Callable[[FloatArray], tuple[float, FloatArray, FloatArray]]
@@ -16,6 +18,9 @@ FIRST_DAMPING = 1e-2
 LEAST_GAIN = 3e-3
 # Of the quadratic model, for one step.
 MODEL_EVALUATIONS = 400
+# Residuals count as linear in the unknowns (all in [0, 1]) over this distance.
+LINEAR_RADIUS = 0.1
+LAST_DAMPING = 1e-6
 
 
 def minimise(
@@ -45,7 +50,8 @@ def minimise(
     best, damping = u, FIRST_DAMPING
     value, gradient, curvature = model(u)
     for used in range(2, evaluations + 1):
-        proposed = _model_minimum(gradient, curvature, best, (low, high), damping)
+        damped = curvature + damping * np.trace(curvature) / len(u) * np.eye(len(u))
+        proposed = _model_minimum(gradient, damped, best, (low, high))
         reached = model(proposed)
         gain = value - reached[0]
         if gain > 0.0:
@@ -58,22 +64,36 @@ def minimise(
     return best, evaluations, value
 
 
+def settle(seen: Sequence[Linear], u: FloatArray) -> FloatArray:
+    """Find the least squares near `u` of all that independent paths have seen there.
+
+    Noise of the paths averages out.
+    """
+    near = [each for each in seen if np.abs(each.u - u).max() <= LINEAR_RADIUS]
+    if len(near) < 2:
+        return u
+    pooled = pool(near, u)
+    lowest, *_, highest = np.linalg.eigvalsh(pooled.curvature)
+    damping = max(-2.0 * lowest, LAST_DAMPING * highest)
+    curvature = pooled.curvature + damping * np.eye(len(u))
+    bounds = np.maximum(0.0, u - LINEAR_RADIUS), np.minimum(1.0, u + LINEAR_RADIUS)
+    return _model_minimum(pooled.gradient, curvature, u, bounds)
+
+
 def _model_minimum(
     slope: FloatArray,
     curvature: FloatArray,
     u: FloatArray,
     bounds: tuple[FloatArray, FloatArray],
-    damping: float,
 ) -> FloatArray:
-    """SLSQP on the quadratic model of the objective around `u`, damped, within bounds.
+    """SLSQP on the quadratic model of the objective around `u`, within bounds.
 
     The problem has as many unknowns as the fit, and no paths: it takes milliseconds.
     """
-    damped = curvature + damping * np.trace(curvature) / len(u) * np.eye(len(u))
 
     def objective(x: FloatArray, gradient: FloatArray) -> float:
         step = x - u
-        curved = damped @ step
+        curved = curvature @ step
         if gradient.size:
             gradient[:] = 2.0 * curved + slope
         return float(step @ (curved + slope))

@@ -3,7 +3,6 @@
 import io
 import warnings
 from dataclasses import dataclass
-from difflib import get_close_matches
 from os import PathLike, fspath
 from pathlib import Path
 
@@ -13,6 +12,8 @@ from PIL import Image as PilImage
 from PIL import ImageOps
 
 from plycloth import _plycloth
+from plycloth._check import nearest
+from plycloth._color import decode, encode
 
 PathOrStr = str | PathLike[str]
 FloatArray = npt.NDArray[np.floating]
@@ -231,22 +232,6 @@ def read_image(path: PathOrStr, gamma: float | None = None) -> Image:
         raise ImageError(f"{fspath(path)}: {error}") from error
 
 
-def encode(linear: FloatArray, gamma: float | None = None) -> npt.NDArray[np.float64]:
-    """Linear light to display values in [0, 1]: the sRGB curve (IEC 61966-2-1), or a pure gamma."""
-    light = np.clip(np.asarray(linear, dtype=np.float64), 0, 1)
-    if gamma is not None:
-        return light ** (1 / _checked_gamma(gamma))
-    return np.where(light <= 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055)
-
-
-def decode(display: FloatArray, gamma: float | None = None) -> npt.NDArray[np.float64]:
-    """Display values in [0, 1] to linear light, as the inverse of `encode`."""
-    codes = np.asarray(display, dtype=np.float64)
-    if gamma is not None:
-        return codes ** _checked_gamma(gamma)
-    return np.where(codes <= 0.04045, codes / 12.92, ((codes + 0.055) / 1.055) ** 2.4)
-
-
 def _codes(data: bytes, path: PathOrStr) -> npt.NDArray[np.float64]:
     try:
         with PilImage.open(io.BytesIO(data)) as stored:
@@ -283,14 +268,7 @@ def _checked_suffix(path: PathOrStr, valid: tuple[str, ...]) -> str:
     suffix = Path(path).suffix.lower()
     if suffix in valid:
         return suffix
-    nearest = get_close_matches(suffix, valid, n=1, cutoff=0)[0]
     raise ImageError(
         f"{fspath(path)}: has the suffix {suffix!r}, but must be one of {', '.join(valid)}; "
-        f"the nearest is {nearest}"
+        f"the nearest is {nearest(suffix, valid)}"
     )
-
-
-def _checked_gamma(gamma: float) -> float:
-    if not (np.isfinite(gamma) and gamma > 0):
-        raise ValueError(f"gamma: is {gamma}, but must be positive")
-    return gamma

@@ -38,7 +38,7 @@ class Effort:
 # Of fits while many geometries are left, while few are, and of the last.
 SKETCH = Effort(cells=8, paths=128, rounds=3, evaluations=4)
 DRAWING = Effort(cells=16, paths=256, rounds=3, evaluations=4)
-PAINTING = Effort(cells=16, paths=512, rounds=4, evaluations=5)
+PAINTING = Effort(cells=16, paths=1024, rounds=4, evaluations=5)
 # So many geometries are left after the sketches.
 FEW = 3
 # A second geometry is painted if its drawing is no worse than the best one's times this.

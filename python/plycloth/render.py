@@ -1,7 +1,7 @@
 """Pictures of scenes by path tracing."""
 
 from plycloth import _plycloth
-from plycloth._check import integer
+from plycloth._check import instance, integer
 from plycloth.image import Image
 from plycloth.progress import Progress, reporting
 from plycloth.scene import Scene
@@ -11,6 +11,7 @@ MAX_COUNT = 2**32 - 1
 
 _spp = integer(1, MAX_COUNT)
 _depth = integer(1, MAX_COUNT)
+_both_sides = instance(bool)
 _seed = integer(0, MAX_SEED)
 _threads = integer(1, 1024)
 
@@ -42,7 +43,7 @@ class Renderer:
     ValueError
         If a number lies outside its range.
     TypeError
-        If `scene` is not a Scene, or a number is not whole.
+        If `scene` is not a Scene, a number is not whole, or `both_sides` not a bool.
     """
 
     def __init__(
@@ -60,7 +61,10 @@ class Renderer:
         self._threads = None if threads is None else _threads("threads", threads)
         self._compiled = _plycloth.CompiledScene(scene, self._threads)
         self._film = _plycloth.CompiledFilm(
-            self._compiled, _seed("seed", seed), _depth("max_depth", max_depth), bool(both_sides)
+            self._compiled,
+            _seed("seed", seed),
+            _depth("max_depth", max_depth),
+            _both_sides("both_sides", both_sides),
         )
 
     def run(self, spp: int, *, threads: int | None = None, progress: Progress = None) -> None:
@@ -124,7 +128,7 @@ def render(
     ValueError
         If a number lies outside its range.
     TypeError
-        If `scene` is not a Scene, or a number is not whole.
+        If `scene` is not a Scene, a number is not whole, or `both_sides` not a bool.
     """
     renderer = Renderer(
         scene, seed=seed, max_depth=max_depth, both_sides=both_sides, threads=threads

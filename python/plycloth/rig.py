@@ -4,7 +4,17 @@ import math
 from dataclasses import dataclass
 from typing import Annotated
 
-from plycloth._check import POSITIVE, ParameterError, Point, Range, choice, number
+from plycloth._check import (
+    COORDINATE,
+    FINITE,
+    POSITIVE,
+    ParameterError,
+    Point,
+    Range,
+    choice,
+    number,
+    vector,
+)
 from plycloth._value import Description
 from plycloth.camera import PerspectiveCamera
 from plycloth.fabric import Fabric
@@ -17,6 +27,8 @@ Length = Annotated[float, number(POSITIVE)]
 LAMPS = ("front", "back")
 
 _lamp = choice(*LAMPS)
+_rotation = number(FINITE)
+_offset = vector(3, number(COORDINATE))
 
 # The swatch reaches a little beyond the picture, so that no edge is seen.
 MARGIN = 1.05
@@ -108,9 +120,12 @@ def photo_rig(
     Raises
     ------
     ParameterError
-        If there is no such lamp.
+        If there is no such lamp, or a number is not finite.
+    TypeError
+        If a value is not of the kind named.
     """
-    position = rig.lamp(lamp)
+    position, offset = rig.lamp(lamp), _offset("lamp_offset", lamp_offset)
+    rotation = _rotation("rotation", rotation)
     # The cloth stays where it is: camera and lamp turn the other way.
     turn = math.radians(rotation)
     longest = rig.picture_width * max(1.0, resolution[1] / resolution[0])
@@ -122,7 +137,7 @@ def photo_rig(
         fov=rig.field_of_view,
         resolution=resolution,
     )
-    x, y, z = (a + b for a, b in zip(position, lamp_offset, strict=True))
+    x, y, z = (a + b for a, b in zip(position, offset, strict=True))
     light = PointLight(position=_turned((x, y, z), -rotation), intensity=(rig.intensity,) * 3)
     return Scene(Swatch(fabric, (side, side)), camera, (light,))
 

@@ -168,7 +168,7 @@ pub struct Crossing {
 }
 
 /// The refracted lobe at y stays this likely although the sampled microfacet reflects everything.
-const LEAST_TRANSMISSION: f64 = 0.05;
+const LEAST_TRANSMISSION: f64 = 0.3;
 
 impl PlyBsdf {
     /// Prepares the model.
