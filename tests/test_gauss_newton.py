@@ -10,7 +10,9 @@ CELLS, CHANNELS, UNKNOWNS = 300, 3, 4
 HIDDEN = np.array([0.3, 0.5, 0.6, 0.45])
 LABELS = ["a", "b", "c", "d"]
 generator = np.random.default_rng(3)
-SLOPES = generator.normal(size=(CELLS * CHANNELS, UNKNOWNS)) * [1.0, 1.0, 0.3, 0.1]
+# All channels of a cell tell the same.
+SLOPES = np.repeat(generator.normal(size=(CELLS, UNKNOWNS)), CHANNELS, axis=0)
+SLOPES *= [1.0, 1.0, 0.3, 0.1]
 # Noise of the picture: the channels of a cell are off together, and cells differ.
 CELL_NOISE = generator.uniform(0.01, 0.2, CELLS)
 
