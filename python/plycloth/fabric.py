@@ -1,7 +1,6 @@
 """Woven fabrics: a weave pattern, the yarns that follow it, and how close they lie."""
 
 from dataclasses import dataclass
-from os import PathLike
 from typing import TYPE_CHECKING, Annotated, Self
 
 import numpy as np
@@ -18,7 +17,7 @@ from plycloth._check import (
     optional,
 )
 from plycloth._color import decode
-from plycloth._value import Description
+from plycloth._saved import Saved
 from plycloth.bsdf import PlyBsdf
 from plycloth.weave import WeavePattern
 from plycloth.yarn import FlatYarn, RoundYarn, Yarn
@@ -45,7 +44,7 @@ WHITE_ALBEDO = 0.8
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Fabric(Description):
+class Fabric(Saved):
     """A woven fabric, one repeat of which fills the plane.
 
     The cloth lies in the plane z = 0 with its face towards +z. Ends (warp yarns) run along y, the
@@ -130,33 +129,6 @@ class Fabric(Description):
             warp_colors=decode(draft.warp_colors),
             weft_colors=decode(draft.weft_colors),
         )
-
-    @classmethod
-    def load(cls, path: str | PathLike[str]) -> Self:
-        """Read a fabric from a JSON file that `save` wrote.
-
-        Raises
-        ------
-        FormatError
-            If the file does not hold a fabric.
-        OSError
-            If it cannot be opened.
-        """
-        from plycloth._json import load_as
-
-        return load_as(cls, path)
-
-    def save(self, path: str | PathLike[str]) -> None:
-        """Write the fabric to one readable JSON file.
-
-        Raises
-        ------
-        OSError
-            If the file cannot be written.
-        """
-        from plycloth._json import save
-
-        save(self, path)
 
     def relaxed(self) -> "Relaxed":
         """Relax the yarns' heights (section 3.1).

@@ -35,10 +35,10 @@ from plycloth._check import (
 from plycloth.bsdf import PlyBsdf
 from plycloth.cells import cell_averages
 from plycloth.fit_result import Estimate, FitResult, Match, Step
-from plycloth.gauss_newton import LINEAR_RADIUS, minimise, settle
+from plycloth.gauss_newton import minimise, settle
 from plycloth.identify import identify
 from plycloth.lens import Lens
-from plycloth.pool import Linear, Pool, pool
+from plycloth.pool import Linear, Pool, nearby, pool
 from plycloth.progress import Progress, reporting
 from plycloth.scene import Scene
 from plycloth.unknowns import (
@@ -55,7 +55,6 @@ from plycloth.unknowns import (
 
 FloatArray = NDArray[np.float64]
 Tapes = tuple[_plycloth.CompiledTape, _plycloth.CompiledTape]
-Residuals = tuple[FloatArray, FloatArray]
 
 OBJECTIVES = ("grid", "average")
 TRUST_RADIUS = 0.15
@@ -272,7 +271,7 @@ class _Problem:
         derivatives = np.stack(optical + camera, axis=-1)
         return values * gain, derivatives * space.slopes(u)
 
-    def residuals(self, tapes: Sequence[Tapes], u: FloatArray) -> tuple[Residuals, Residuals]:
+    def residuals(self, tapes: Sequence[Tapes], u: FloatArray) -> tuple[Linear, Linear]:
         """Return differences and slopes for both halves, scaled so that their squares sum up."""
         halves = []
         for half in range(2):
@@ -286,7 +285,7 @@ class _Problem:
                 slopes = np.where(seen[..., None], derivatives, 0.0) * scale
                 parts.append((difference.ravel(), slopes.reshape(-1, len(u))))
             differences, slopes_of_all = zip(*parts, strict=True)
-            halves.append((np.concatenate(differences), np.concatenate(slopes_of_all)))
+            halves.append(Linear(u, np.concatenate(differences), np.concatenate(slopes_of_all)))
         return halves[0], halves[1]
 
     def objective(self, tapes: Sequence[Tapes], u: FloatArray) -> tuple[float, FloatArray]:
@@ -296,10 +295,21 @@ class _Problem:
 
     def model(self, tapes: Sequence[Tapes], u: FloatArray) -> tuple[float, FloatArray, FloatArray]:
         """Return the objective, its gradient, and the half of its curvature that slopes make."""
-        (first, slopes_first), (second, slopes_second) = self.residuals(tapes, u)
-        slopes = 0.5 * (slopes_first + slopes_second)
-        gradient = second @ slopes_first + first @ slopes_second
-        return float(first @ second), gradient, slopes.T @ slopes
+        first, second = self.residuals(tapes, u)
+        slopes = 0.5 * (first.slopes + second.slopes)
+        gradient = second.residuals @ first.slopes + first.residuals @ second.slopes
+        return float(first.residuals @ second.residuals), gradient, slopes.T @ slopes
+
+
+@dataclass(frozen=True)
+class _Descent:
+    """Where the rounds of a fit led, and what the paths of each have seen."""
+
+    u: FloatArray
+    seen: list[Linear]
+    steps: list[Step]
+    evaluations: int
+    message: str
 
 
 def _solve(
@@ -309,21 +319,37 @@ def _solve(
     seed: int,
     report: Callable[[int], None] | None,
 ) -> FitResult:
+    descent = _descend(problem, rounds, evaluations, seed, report)
+    u, settled = descent.u, settle(descent.seen, descent.u)
+    tapes = problem.record(settled, seed + len(descent.steps) + 1)
+    if problem.objective(tapes, settled)[0] < problem.objective(tapes, u)[0]:
+        u = settled
+    near = nearby([*descent.seen, *problem.residuals(tapes, u)], u)
+    return _result(problem, tapes, descent, pool(near, u), u)
+
+
+def _descend(
+    problem: _Problem,
+    rounds: int,
+    evaluations: int,
+    seed: int,
+    report: Callable[[int], None] | None,
+) -> _Descent:
+    """Take steps, each round by other paths, until none lowers the objective."""
     u = problem.space.encode(problem.space.start)
     steps: list[Step] = []
     seen: list[Linear] = []
     tapes = problem.record(u, seed)
     value, _ = problem.objective(tapes, u)
     radius, standstills, count = TRUST_RADIUS, 0, 0
-    message = f"stopped after {rounds} rounds"
     for index in range(rounds):
         proposed, used, predicted = minimise(partial(problem.model, tapes), u, radius, evaluations)
         count += used
         # The step is judged by paths that it was not made to suit, beside staying where it was.
         fresh = problem.record(proposed, seed + index + 1)
-        halves = problem.residuals(fresh, proposed)
-        seen += [Linear(proposed, *half) for half in halves]
-        reached = float(halves[0][0] @ halves[1][0])
+        first, second = problem.residuals(fresh, proposed)
+        seen += [first, second]
+        reached = float(first.residuals @ second.residuals)
         stayed, _ = problem.objective(fresh, u)
         accepted = reached < max(value, stayed)
         steps.append(Step(value, predicted, reached, radius, accepted))
@@ -336,24 +362,16 @@ def _solve(
             report(index + 1)
         if radius < SMALLEST_TRUST_RADIUS or standstills >= MOST_STANDSTILLS:
             message = "converged: no further step lowers the objective"
-            break
-    settled = settle(seen, u)
-    tapes = problem.record(settled, seed + len(steps) + 1)
-    if problem.objective(tapes, settled)[0] < problem.objective(tapes, u)[0]:
-        u = settled
-    seen += [Linear(u, *half) for half in problem.residuals(tapes, u)]
-    near = [each for each in seen if np.abs(each.u - u).max() <= LINEAR_RADIUS]
-    return _result(problem, tapes, u, pool(near, u), steps, count, message)
+            return _Descent(u, seen, steps, count, message)
+    return _Descent(u, seen, steps, count, f"stopped after {rounds} rounds")
 
 
 def _result(
     problem: _Problem,
     tapes: Sequence[Tapes],
-    u: FloatArray,
+    descent: _Descent,
     pooled: Pool,
-    steps: list[Step],
-    count: int,
-    message: str,
+    u: FloatArray,
 ) -> FitResult:
     point = problem.space.decode(u)
     matches = [
@@ -365,9 +383,9 @@ def _result(
         lenses=point.lenses,
         estimates=_estimates(problem.space, pooled, u, len(tapes)),
         matches=matches,
-        steps=steps,
-        evaluations=count,
-        message=message,
+        steps=descent.steps,
+        evaluations=descent.evaluations,
+        message=descent.message,
     )
 
 

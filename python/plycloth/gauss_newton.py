@@ -7,7 +7,7 @@ import nlopt
 import numpy as np
 from numpy.typing import NDArray
 
-from plycloth.pool import Linear, pool
+from plycloth.pool import LINEAR_RADIUS, Linear, nearby, pool
 
 FloatArray = NDArray[np.float64]
 Model = Callable[[FloatArray], tuple[float, FloatArray, FloatArray]]
@@ -18,8 +18,6 @@ FIRST_DAMPING = 1e-2
 LEAST_GAIN = 3e-3
 # Of the quadratic model, for one step.
 MODEL_EVALUATIONS = 400
-# Residuals count as linear in the unknowns (all in [0, 1]) over this distance.
-LINEAR_RADIUS = 0.1
 LAST_DAMPING = 1e-6
 
 
@@ -69,7 +67,7 @@ def settle(seen: Sequence[Linear], u: FloatArray) -> FloatArray:
 
     Noise of the paths averages out.
     """
-    near = [each for each in seen if np.abs(each.u - u).max() <= LINEAR_RADIUS]
+    near = nearby(seen, u)
     if len(near) < 2:
         return u
     pooled = pool(near, u)

@@ -8,6 +8,9 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
+# Residuals count as linear in the unknowns (all in [0, 1]) over this distance.
+LINEAR_RADIUS = 0.1
+
 
 @dataclass(frozen=True)
 class Linear:
@@ -40,6 +43,11 @@ class Pool:
     slopes: FloatArray
     gradient: FloatArray
     curvature: FloatArray
+
+
+def nearby(seen: Sequence[Linear], u: FloatArray) -> list[Linear]:
+    """Return what was seen where residuals still are linear around `u`."""
+    return [each for each in seen if np.abs(each.u - u).max() <= LINEAR_RADIUS]
 
 
 def pool(seen: Sequence[Linear], u: FloatArray) -> Pool:

@@ -15,7 +15,7 @@ from plycloth._check import (
     number,
     vector,
 )
-from plycloth._value import Description
+from plycloth._saved import Saved
 from plycloth.camera import PerspectiveCamera
 from plycloth.fabric import Fabric
 from plycloth.light import PointLight
@@ -35,7 +35,7 @@ MARGIN = 1.05
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class PhotoRig(Description):
+class PhotoRig(Saved):
     """How photographs of a cloth lit from the front and from behind were taken.
 
     The cloth lies in the plane z = 0, its middle at the origin. The defaults are the rig of Tang et

@@ -2,10 +2,10 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from os import PathLike
-from typing import Annotated, Any, Self, get_args
+from typing import Annotated, Any, get_args
 
 from plycloth._check import POSITIVE, ParameterError, instance, optional, pair
+from plycloth._saved import Saved
 from plycloth._value import Description
 from plycloth.camera import Camera
 from plycloth.fabric import Fabric
@@ -53,7 +53,7 @@ def _lights(name: str, value: Any) -> tuple[Light, ...]:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Scene(Description):
+class Scene(Saved):
     """All that a picture depends on, apart from how many samples it is made of.
 
     Parameters
@@ -76,32 +76,3 @@ class Scene(Description):
     swatch: Annotated[Swatch, instance(Swatch)]
     camera: AnyCamera
     lights: Annotated[tuple[Light, ...], _lights]
-
-    @classmethod
-    def load(cls, path: str | PathLike[str]) -> Self:
-        """Read a scene from a JSON file that `save` wrote.
-
-        Raises
-        ------
-        FormatError
-            If the file does not hold a scene.
-        OSError
-            If it cannot be opened.
-        """
-        from plycloth._json import load_as
-
-        return load_as(cls, path)
-
-    def save(self, path: str | PathLike[str]) -> None:
-        """Write the scene to one readable JSON file.
-
-        Raises
-        ------
-        FormatError
-            If it holds an environment image that is too large for JSON and is in no file.
-        OSError
-            If the file cannot be written.
-        """
-        from plycloth._json import save
-
-        save(self, path)
