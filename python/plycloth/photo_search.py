@@ -3,7 +3,8 @@
 Every geometry that is guessed gets a short fit. The better half goes on: cloth and lamps are
 placed, the optics fitted again; and so on, until few are left, which get longer fits. Then the
 yarns of the best one are varied, and the best of all are fitted once more, longest. Errors are
-compared as noise leaves them unbiased (`Match.error`), where they stand out of it.
+estimated by paths of their own, and compared as noise leaves them unbiased (`Match.error`), where
+they stand out of it.
 
 Both pictures should be explained: it is the sum of the fourth powers of their errors that is made
 small, by weights on the squares that `fit` sums up.
@@ -17,7 +18,7 @@ from numpy.typing import NDArray
 
 from plycloth.cells import cell_averages
 from plycloth.fit import fit
-from plycloth.fit_result import FitResult
+from plycloth.fit_result import FitResult, Match
 from plycloth.photo_geometry import Geometry
 from plycloth.photo_placement import Placement, find_placement
 from plycloth.rig import PhotoRig
@@ -34,17 +35,25 @@ class Effort:
     rounds: int
     evaluations: int
 
+    @property
+    def judging_paths(self) -> int:
+        """Paths that each half of a fit's error is estimated by: errors take more than slopes."""
+        return min(2 * self.paths, 512)
+
 
 # Of fits while many geometries are left, while few are, and of the last.
 SKETCH = Effort(cells=8, paths=128, rounds=3, evaluations=4)
 DRAWING = Effort(cells=16, paths=256, rounds=3, evaluations=4)
-PAINTING = Effort(cells=16, paths=1024, rounds=4, evaluations=5)
+PAINTING = Effort(cells=16, paths=512, rounds=4, evaluations=5)
 # So many geometries are left after the sketches.
 FEW = 3
 # A second geometry is painted if its drawing is no worse than the best one's times this.
 CLOSE = 1.1
 # No picture weighs less than this, relative to the one with the largest error.
 LEAST_WEIGHT = 0.1
+# Fits count up from their seeds; errors are judged by others.
+SEEDS_PER_FIT = 2**20
+JUDGING_SEED = 2**40
 # Yarns are varied again if that has lowered the error to this part or less.
 WORTHWHILE = 0.95
 
@@ -104,12 +113,12 @@ def ranked(trials: Sequence[Trial]) -> list[Trial]:
     return list(best.values())
 
 
-def _errors(result: FitResult) -> list[float]:
-    """Estimate each picture's error; where there is more noise than error, half the noise's square.
+def _error(match: Match) -> float:
+    """Estimate a picture's error; where there is more noise than error, half the noise's square.
 
     Else a geometry could win by noise that makes its squared error negative.
     """
-    return [max(match.error, 0.5**0.5 * match.noisy_error) for match in result.matches]
+    return max(match.error, float(0.5**0.5 * match.noisy_error))
 
 
 def _weights(errors: Sequence[float]) -> list[float]:
@@ -139,10 +148,10 @@ class Search:
             drawn += self._varied(best, cross_sections=False)
         best, *others = ranked(drawn)
         close = [other for other in others[:1] if other.score < CLOSE * best.score]
-        best = ranked([self._again(trial, PAINTING) for trial in (best, *close)])[0]
-        best = ranked([best, self._again(best, PAINTING)])[0]
+        drawn += [self._again(trial, PAINTING) for trial in (best, *close)]
+        drawn.append(self._again(ranked(drawn)[0], PAINTING))
         self.report(most_steps(len(geometries)))
-        return best
+        return ranked(drawn)[0]
 
     def _sketched(self, geometries: Sequence[Geometry]) -> list[Trial]:
         """Fit all geometries a little, the better half a little more, until few are left."""
@@ -156,7 +165,7 @@ class Search:
     def _varied(self, trial: Trial, *, cross_sections: bool) -> list[Trial]:
         """Try other yarns from the optics found so far."""
         return [
-            self._try(geometry, trial.result, trial.placements, DRAWING)
+            self._try(geometry, trial, trial.placements, DRAWING)
             for geometry in trial.geometry.variations(cross_sections=cross_sections)
         ]
 
@@ -168,18 +177,18 @@ class Search:
         """Place cloth and lamps by the optics found so far, and fit the optics again."""
         placing = SKETCH if effort is SKETCH else DRAWING
         placements = {side: self._place(trial, side, placing) for side in self.images}
-        return self._try(trial.geometry, trial.result, placements, effort)
+        return self._try(trial.geometry, trial, placements, effort)
 
     def _try(
         self,
         geometry: Geometry,
-        before: FitResult | None,
+        before: Trial | None,
         placements: dict[str, Placement],
         effort: Effort,
     ) -> Trial:
         """Fit the optics, from those of `before` if there is one."""
         color = np.mean([image.mean((0, 1)) for image in self.images.values()], axis=0)
-        fabric = geometry.fabric(geometry.start(color) if before is None else before.bsdfs)
+        fabric = geometry.fabric(geometry.start(color) if before is None else before.result.bsdfs)
         result = fit(
             [
                 placements[side].scene(self.rig, fabric, side, self._resolution(side))
@@ -190,31 +199,63 @@ class Search:
             tie=self.tie,
             exposure=True,
             falloff="each",
-            lenses=None if before is None else before.lenses,
-            weights=None if before is None else _weights(_errors(before)),
-            seed=self.seed,
+            lenses=None if before is None else before.result.lenses,
+            weights=None if before is None else _weights(before.candidate.errors),
+            # A fit that is tried again draws other paths.
+            seed=self.seed + SEEDS_PER_FIT * len(self.trials),
             threads=self.threads,
             progress=False,
             **asdict(effort),
         )
-        self.trials.append(Trial(Candidate(geometry, _errors(result)), result, placements))
+        errors = self._errors(result, placements, effort)
+        self.trials.append(Trial(Candidate(geometry, errors), result, placements))
         self.report(len(self.trials))
         return self.trials[-1]
+
+    def _errors(
+        self, result: FitResult, placements: dict[str, Placement], effort: Effort
+    ) -> list[float]:
+        """Estimate each picture's error by two sets of paths that the fit has not seen."""
+        errors = []
+        for picture, side in enumerate(self.images):
+            first, second = (
+                self._predict(
+                    result, picture, placements[side], DRAWING.cells, effort.judging_paths, seed
+                )
+                for seed in (self.seed + JUDGING_SEED, self.seed + JUDGING_SEED + 1)
+            )
+            target = cell_averages(self.images[side], DRAWING.cells)
+            errors.append(_error(Match(target, first, second)))
+        return errors
+
+    def _predict(
+        self,
+        result: FitResult,
+        picture: int,
+        placement: Placement,
+        cells: int,
+        paths: int,
+        seed: int,
+    ) -> FloatArray:
+        """Return the cell averages of a picture with the cloth and lamp placed in this way."""
+        side = list(self.images)[picture]
+        return result.predict(
+            placement.scene(self.rig, result.fabric, side, self._resolution(side)),
+            cells,
+            picture=picture,
+            paths=paths,
+            seed=seed,
+            threads=self.threads,
+        )
 
     def _place(self, trial: Trial, side: str, effort: Effort) -> Placement:
         """Find a better placement for a picture by itself, the optics staying as they are."""
         picture = list(self.images).index(side)
         target = cell_averages(self.images[side], effort.cells)
-        result, resolution = trial.result, self._resolution(side)
 
         def residuals(placement: Placement) -> FloatArray:
-            cells = result.predict(
-                placement.scene(self.rig, result.fabric, side, resolution),
-                effort.cells,
-                picture=picture,
-                paths=effort.paths,
-                seed=self.seed,
-                threads=self.threads,
+            cells = self._predict(
+                trial.result, picture, placement, effort.cells, effort.paths, self.seed
             )
             return np.ravel(np.minimum(cells, 1.0) - target)
 
