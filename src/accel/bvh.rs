@@ -266,7 +266,7 @@ mod tests {
     fn boxes(count: u32) -> Vec<(u32, Bounds)> {
         let sampler = &mut Sampler::new(1, u64::from(count), 0);
         let corner = |i: u32, sampler: &mut Sampler| {
-            if i % 2 == 0 { DVec3::ONE } else { point(sampler) }
+            if i.is_multiple_of(2) { DVec3::ONE } else { point(sampler) }
         };
         (0..count)
             .map(|i| {
@@ -292,7 +292,7 @@ mod tests {
             for i in 0..2000 {
                 let sampler = &mut Sampler::new(2, i, 0);
                 let mut direction = point(sampler).normalize();
-                if i % 8 == 0 {
+                if i.is_multiple_of(8) {
                     direction = DVec3::NEG_Y;
                 }
                 let ray = Ray { origin: 1.5 * point(sampler), direction };
