@@ -24,16 +24,18 @@ from numpy.typing import NDArray
 
 from plycloth import _plycloth
 from plycloth._check import (
-    POSITIVE,
-    ParameterError,
     choice,
     integer,
-    number,
     optional,
-    vector,
 )
 from plycloth.bsdf import PlyBsdf
-from plycloth.cells import cell_averages
+from plycloth.fit_input import (
+    picture_targets,
+    picture_weights,
+    scene_list,
+    start_bsdfs,
+    start_lenses,
+)
 from plycloth.fit_result import Estimate, FitResult, Match, Step
 from plycloth.gauss_newton import minimise, settle
 from plycloth.identify import identify
@@ -195,20 +197,20 @@ def fit(
         If the scenes show different fabrics, a fabric has colours of its own or yarns that are not
         plies, an image has the wrong shape, NaN or is black, or a name or range is wrong.
     """
-    scene_list = _scene_list(scenes)
+    all_scenes = scene_list(scenes)
     cells = _cells("cells", cells) if _objective("objective", objective) == "grid" else 1
-    bsdfs = _start_bsdfs(scene_list)
-    targets = _targets(scene_list, images, cells)
-    start = _Point(bsdfs, _start_lenses(lenses, len(scene_list)))
-    camera = lens_unknowns(exposure, _falloff("falloff", falloff), len(scene_list))
+    bsdfs = start_bsdfs(all_scenes)
+    targets = picture_targets(all_scenes, images, cells)
+    start = _Point(bsdfs, start_lenses(lenses, len(all_scenes)))
+    camera = lens_unknowns(exposure, _falloff("falloff", falloff), len(all_scenes))
     optical = unknowns(free, tie=tie, bounds=bounds or {})
     problem = _Problem(
-        scenes=scene_list,
+        scenes=all_scenes,
         targets=targets,
         space=_Space(start, optical, camera),
         paths=max(1, _paths("paths", paths) // 2),
         max_depth=_count("max_depth", max_depth),
-        weights=_picture_weights(weights, len(scene_list)),
+        weights=picture_weights(weights, len(all_scenes)),
         threads=_threads("threads", threads),
     )
     rounds, evaluations = _count("rounds", rounds), _count("evaluations", evaluations)
@@ -413,64 +415,3 @@ def with_bsdfs(scene: Scene, bsdfs: Sequence[PlyBsdf]) -> Scene:
     )
     swatch = replace(scene.swatch, fabric=replace(fabric, warp=warp, weft=weft))
     return replace(scene, swatch=swatch)
-
-
-def _scene_list(scenes: object) -> list[Scene]:
-    several = [scenes] if isinstance(scenes, Scene) else scenes
-    if not isinstance(several, list | tuple) or not all(isinstance(s, Scene) for s in several):
-        raise TypeError(f"scenes must be a Scene or a list of them, not {scenes!r}"[:200])
-    return list(several)
-
-
-def _start_bsdfs(scenes: Sequence[Scene]) -> list[PlyBsdf]:
-    if not scenes:
-        raise ParameterError("scenes must hold at least one scene")
-    fabric = scenes[0].swatch.fabric
-    if any(scene.swatch.fabric != fabric for scene in scenes):
-        raise ParameterError("scenes must all show the same fabric")
-    if fabric.warp_colors is not None or fabric.weft_colors is not None:
-        raise ParameterError("a fabric to be fitted must have no warp_colors and weft_colors")
-    bsdfs = [fabric.warp.bsdf, fabric.weft.bsdf]
-    if not all(isinstance(bsdf, PlyBsdf) for bsdf in bsdfs):
-        raise ParameterError("a fabric to be fitted must have a PlyBsdf on warp and weft")
-    return [bsdf for bsdf in bsdfs if isinstance(bsdf, PlyBsdf)]
-
-
-def _start_lenses(lenses: Sequence[Lens] | None, pictures: int) -> list[Lens]:
-    if lenses is None:
-        return [Lens()] * pictures
-    if not isinstance(lenses, list | tuple) or not all(isinstance(each, Lens) for each in lenses):
-        raise TypeError(f"lenses must be a list of Lens, not {lenses!r}"[:200])
-    if len(lenses) != pictures:
-        raise ParameterError(f"lenses must be one per scene: {pictures}, not {len(lenses)}")
-    return list(lenses)
-
-
-def _picture_weights(weights: Sequence[float] | None, pictures: int) -> list[float]:
-    if weights is None:
-        return [1.0] * pictures
-    return list(vector(pictures, number(POSITIVE))("weights", weights))
-
-
-def _targets(scenes: Sequence[Scene], images: object, cells: int) -> list[FloatArray]:
-    several = isinstance(images, (list, tuple))
-    arrays: list[object] = list(images) if several else [images]  # type: ignore[call-overload]
-    if len(arrays) != len(scenes):
-        raise ParameterError(f"images must be one per scene: {len(scenes)}, not {len(arrays)}")
-    return [_averages(f"images[{i}]", array, cells) for i, array in enumerate(arrays)]
-
-
-def _averages(name: str, image: object, cells: int) -> FloatArray:
-    try:
-        pixels = np.asarray(image, dtype=np.float64)
-    except (TypeError, ValueError, OverflowError) as error:
-        raise TypeError(f"{name} must be an Image or an array of numbers: {error}") from None
-    if pixels.ndim != 3 or pixels.shape[2] != 3 or min(pixels.shape[:2]) < cells:
-        raise ParameterError(
-            f"{name} must be H x W x 3 with at least {cells} rows and columns, not {pixels.shape}"
-        )
-    if not np.isfinite(pixels).all() or (pixels < 0.0).any():
-        raise ParameterError(f"{name} must hold finite numbers of at least 0")
-    if not pixels.any():
-        raise ParameterError(f"{name} must not be all black")
-    return cell_averages(pixels, cells)
