@@ -7,6 +7,7 @@ use glam::DVec3;
 use plycloth::cloth::spec::YarnShape;
 use plycloth::control::Control;
 use plycloth::math::color::Rgb;
+use plycloth::render::cells::Cells;
 use plycloth::render::light::{Light, Rectangle};
 use plycloth::render::path::PathLimits;
 use plycloth::render::scene::Scene;
@@ -30,8 +31,12 @@ fn lit(shape: YarnShape, parameters: PlyParameters) -> Scene {
     scene(&plain(shape), 40.0, ply(parameters), lights())
 }
 
+fn cells(paths: u32, seed: u64) -> Cells {
+    Cells { grid: [2, 2], paths, seed, limits: LIMITS }
+}
+
 fn record(scene: &Scene, paths: u32) -> Tape {
-    Tape::record(scene, [2, 2], paths, 3, LIMITS, &Control::default()).unwrap()
+    Tape::record(scene, cells(paths, 3), &Control::default()).unwrap()
 }
 
 #[test]
@@ -47,12 +52,23 @@ fn averages_at_the_recorded_parameters_are_those_of_the_path_tracer() {
     }
 }
 
+#[test]
+fn the_same_paths_have_the_same_averages_recorded_or_not() {
+    let scene = lit(round(3), parameters());
+    let control = Control::default();
+    let replayed = record(&scene, 256).evaluate(&[parameters()], &control).unwrap().values;
+    let traced = cells(256, 3).averages(&scene, &control).unwrap();
+    for (replayed, traced) in replayed.chunks(3).map(Rgb::from_slice).zip(traced) {
+        assert!((replayed / traced - 1.0).abs().max_element() < 1e-9, "{replayed} {traced}");
+    }
+}
+
 /// Mean over the picture, and its standard error, by tapes of independent paths.
 fn replayed(scene: &Scene, at: PlyParameters) -> (Rgb, Rgb) {
     let tapes = 12;
     let (mut sum, mut squares) = (Rgb::ZERO, Rgb::ZERO);
     for seed in 0..tapes {
-        let tape = Tape::record(scene, [2, 2], 2048, seed, LIMITS, &Control::default()).unwrap();
+        let tape = Tape::record(scene, cells(2048, seed), &Control::default()).unwrap();
         let averages = tape.evaluate(&[at], &Control::default()).unwrap();
         let mean: Rgb = averages.values.chunks(3).map(Rgb::from_slice).sum::<Rgb>() / 4.0;
         sum += mean;

@@ -6,7 +6,7 @@ import numpy as np
 import plycloth as pc
 import pytest
 from plycloth.cells import cell_averages
-from plycloth.fit import _Point, _Problem, _Space, with_bsdfs
+from plycloth.fit import _Point, _Problem, _Space
 from plycloth.lens import Lens
 from plycloth.unknowns import EXPOSURE, FALLOFF, OPTICAL, lens_unknowns, unknowns, with_values
 from samples import plain_fabric
@@ -99,11 +99,11 @@ def test_the_gradient_is_that_of_the_objective():
     everything, start, tapes = problem([Lens(1.3, 0.4), Lens(1.3, 0.2)])
     assert start.size == 2 * 19 + 3
     u = np.clip(start + 0.02 * np.sin(np.arange(start.size)), 0.01, 0.99)
-    _, gradient = everything.objective(tapes, u)
+    gradient = everything.model(tapes, u).gradient
     for i, label in enumerate(everything.space.labels):
         step = np.zeros_like(u)
         step[i] = 1e-6
-        plus, minus = (everything.objective(tapes, u + sign * step)[0] for sign in (1, -1))
+        plus, minus = (everything.model(tapes, u + sign * step).value for sign in (1, -1))
         expected = (plus - minus) / 2e-6
         scale = max(abs(expected), 1e-3 * np.abs(gradient).max())
         assert abs(gradient[i] - expected) < 1e-4 * scale, (label, gradient[i], expected)
@@ -115,7 +115,7 @@ def test_averages_at_the_start_are_those_of_the_picture():
     tapes = everything.record(u, 9)
     rendered = [
         pc.render(s, spp=64, seed=2, both_sides=True, progress=False)
-        for s in (with_bsdfs(s, everything.space.decode(u).bsdfs) for s in everything.scenes)
+        for s in (s.with_bsdfs(*everything.space.decode(u).bsdfs) for s in everything.scenes)
     ]
     for i, (tape, picture) in enumerate(zip(tapes, rendered, strict=True)):
         cells, _ = everything.cells(tape[0], i, u)

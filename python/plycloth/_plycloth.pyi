@@ -28,6 +28,14 @@ def relax(
 @final
 class CompiledScene:
     def __new__(cls, scene: object, threads: int | None = None) -> Self: ...
+    def cell_averages(
+        self,
+        grid: tuple[int, int],
+        paths: int,
+        seed: int,
+        max_depth: int,
+        threads: int | None = None,
+    ) -> npt.NDArray[np.float64]: ...
 
 @final
 class CompiledFilm:

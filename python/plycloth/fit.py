@@ -16,7 +16,7 @@ squares of the mean slopes, does not look for them.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -37,7 +37,7 @@ from plycloth.fit_input import (
     start_lenses,
 )
 from plycloth.fit_result import Estimate, FitResult, Match, Step
-from plycloth.gauss_newton import minimise, settle
+from plycloth.gauss_newton import Model, minimise, settle
 from plycloth.identify import identify
 from plycloth.lens import Lens
 from plycloth.pool import Linear, Pool, nearby, pool
@@ -235,7 +235,7 @@ class _Problem:
         bsdfs = self.space.decode(u).bsdfs
         tapes = []
         for picture, (scene, target) in enumerate(zip(self.scenes, self.targets, strict=True)):
-            compiled = _plycloth.CompiledScene(with_bsdfs(scene, bsdfs), self.threads)
+            compiled = _plycloth.CompiledScene(scene.with_bsdfs(*bsdfs), self.threads)
             rows, columns = target.shape[:2]
             first, second = (
                 _plycloth.CompiledTape(
@@ -290,17 +290,9 @@ class _Problem:
             halves.append(Linear(u, np.concatenate(differences), np.concatenate(slopes_of_all)))
         return halves[0], halves[1]
 
-    def objective(self, tapes: Sequence[Tapes], u: FloatArray) -> tuple[float, FloatArray]:
-        """Return the relative squared error, summed over pictures, and its gradient."""
-        value, slope, _ = self.model(tapes, u)
-        return value, slope
-
-    def model(self, tapes: Sequence[Tapes], u: FloatArray) -> tuple[float, FloatArray, FloatArray]:
-        """Return the objective, its gradient, and the half of its curvature that slopes make."""
-        first, second = self.residuals(tapes, u)
-        slopes = 0.5 * (first.slopes + second.slopes)
-        gradient = second.residuals @ first.slopes + first.residuals @ second.slopes
-        return float(first.residuals @ second.residuals), gradient, slopes.T @ slopes
+    def model(self, tapes: Sequence[Tapes], u: FloatArray) -> Model:
+        """Return the relative squared error, summed over pictures, as paths have it around `u`."""
+        return Model.of(*self.residuals(tapes, u))
 
 
 @dataclass(frozen=True)
@@ -324,7 +316,7 @@ def _solve(
     descent = _descend(problem, rounds, evaluations, seed, report)
     u, settled = descent.u, settle(descent.seen, descent.u)
     tapes = problem.record(settled, seed + len(descent.steps) + 1)
-    if problem.objective(tapes, settled)[0] < problem.objective(tapes, u)[0]:
+    if problem.model(tapes, settled).value < problem.model(tapes, u).value:
         u = settled
     near = nearby([*descent.seen, *problem.residuals(tapes, u)], u)
     return _result(problem, tapes, descent, pool(near, u), u)
@@ -342,22 +334,23 @@ def _descend(
     steps: list[Step] = []
     seen: list[Linear] = []
     tapes = problem.record(u, seed)
-    value, _ = problem.objective(tapes, u)
+    here = problem.model(tapes, u)
     radius, standstills, count = TRUST_RADIUS, 0, 0
     for index in range(rounds):
-        proposed, used, predicted = minimise(partial(problem.model, tapes), u, radius, evaluations)
+        model = partial(problem.model, tapes)
+        proposed, used, predicted = minimise(model, u, here, radius, evaluations)
         count += used
-        # The step is judged by paths that it was not made to suit, beside staying where it was.
+        # The step is judged by paths that it was not made to suit, which is hard on it if those
+        # before were lucky: then beside staying, by the same paths.
         fresh = problem.record(proposed, seed + index + 1)
-        first, second = problem.residuals(fresh, proposed)
-        seen += [first, second]
-        reached = float(first.residuals @ second.residuals)
-        stayed, _ = problem.objective(fresh, u)
-        accepted = reached < max(value, stayed)
-        steps.append(Step(value, predicted, reached, radius, accepted))
-        gaining = value - reached > STANDSTILL * abs(value)
+        halves = problem.residuals(fresh, proposed)
+        there = Model.of(*halves)
+        seen += halves
+        accepted = there.value < here.value or there.value < problem.model(fresh, u).value
+        steps.append(Step(here.value, predicted, there.value, radius, accepted))
+        gaining = here.value - there.value > STANDSTILL * abs(here.value)
         if accepted:
-            u, value, tapes = proposed, reached, fresh
+            u, here, tapes = proposed, there, fresh
         radius = min(1.0, 1.5 * radius) if gaining else 0.5 * radius
         standstills = 0 if gaining else standstills + 1
         if report is not None:
@@ -381,7 +374,7 @@ def _result(
         for picture, (pair, target) in enumerate(zip(tapes, problem.targets, strict=True))
     ]
     return FitResult(
-        scenes=[with_bsdfs(scene, point.bsdfs) for scene in problem.scenes],
+        scenes=[scene.with_bsdfs(*point.bsdfs) for scene in problem.scenes],
         lenses=point.lenses,
         estimates=_estimates(problem.space, pooled, u, len(tapes)),
         matches=matches,
@@ -404,14 +397,3 @@ def _estimates(space: _Space, pooled: Pool, u: FloatArray, pictures: int) -> lis
             labels, values, units, deviations, scales, in_weak, partners, strict=True
         )
     ]
-
-
-def with_bsdfs(scene: Scene, bsdfs: Sequence[PlyBsdf]) -> Scene:
-    """Return the scene with other BSDFs on warp and weft."""
-    fabric = scene.swatch.fabric
-    warp, weft = (
-        replace(yarn, bsdf=bsdf)
-        for yarn, bsdf in zip((fabric.warp, fabric.weft), bsdfs, strict=True)
-    )
-    swatch = replace(scene.swatch, fabric=replace(fabric, warp=warp, weft=weft))
-    return replace(scene, swatch=swatch)

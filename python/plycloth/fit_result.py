@@ -209,11 +209,11 @@ class FitResult:
     ) -> FloatArray:
         """Return the cell averages, cells x cells x 3, that the fit predicts for a scene.
 
-        Exposure and falloff are those fitted for the given picture.
+        The yarns of the scene get the fitted BSDFs; exposure and falloff are those fitted for the
+        given picture.
         """
-        compiled = _plycloth.CompiledScene(scene, threads)
-        tape = _plycloth.CompiledTape(compiled, (cells, cells), paths, seed, max_depth, threads)
-        values, _ = tape.evaluate(self.bsdfs, threads)
+        compiled = _plycloth.CompiledScene(scene.with_bsdfs(*self.bsdfs), threads)
+        values = compiled.cell_averages((cells, cells), paths, seed, max_depth, threads)
         return values * self.lenses[picture].gain((cells, cells))[0]
 
     def plot(self) -> "Figure":

@@ -2,6 +2,8 @@
 
 from collections.abc import Callable, Sequence
 from contextlib import suppress
+from dataclasses import dataclass
+from typing import Self
 
 import nlopt
 import numpy as np
@@ -10,7 +12,6 @@ from numpy.typing import NDArray
 from plycloth.pool import LINEAR_RADIUS, Linear, nearby, pool
 
 FloatArray = NDArray[np.float64]
-Model = Callable[[FloatArray], tuple[float, FloatArray, FloatArray]]
 
 # Relative to the mean squared slope.
 FIRST_DAMPING = 1e-2
@@ -21,9 +22,30 @@ MODEL_EVALUATIONS = 400
 LAST_DAMPING = 1e-6
 
 
+@dataclass(frozen=True)
+class Model:
+    """A sum of squares around a point: value, gradient, and half the curvature (of slopes alone).
+
+    Squares count noise as error. The products of two independent halves (`of`) do not, in the
+    mean; their curvature is made of mean slopes, to be positive.
+    """
+
+    value: float
+    gradient: FloatArray
+    curvature: FloatArray
+
+    @classmethod
+    def of(cls, first: Linear, second: Linear) -> Self:
+        """Return the model that two independent halves make at the point where both are."""
+        slopes = 0.5 * (first.slopes + second.slopes)
+        gradient = second.residuals @ first.slopes + first.residuals @ second.slopes
+        return cls(float(first.residuals @ second.residuals), gradient, slopes.T @ slopes)
+
+
 def minimise(
-    model: Model,
+    model: Callable[[FloatArray], Model],
     u: FloatArray,
+    start: Model,
     radius: float,
     evaluations: int,
 ) -> tuple[FloatArray, int, float]:
@@ -32,34 +54,34 @@ def minimise(
     Parameters
     ----------
     model
-        Returns the objective, its gradient, and the half of its curvature that slopes make.
-    u
-        The start.
+        Asked for the objective at other points.
+    u, start
+        Where to begin, and the model there.
     radius
         No unknown moves further than this.
     evaluations
-        At most so many times the model is asked, at least once.
+        At most so many times the model is asked.
 
     Returns
     -------
     The best point, how often the model was asked, and the objective there.
     """
     low, high = np.maximum(0.0, u - radius), np.minimum(1.0, u + radius)
-    best, damping = u, FIRST_DAMPING
-    value, gradient, curvature = model(u)
-    for used in range(2, evaluations + 1):
-        damped = curvature + damping * np.trace(curvature) / len(u) * np.eye(len(u))
-        proposed = _model_minimum(gradient, damped, best, (low, high))
-        reached = model(proposed)
-        gain = value - reached[0]
+    best, here, damping = u, start, FIRST_DAMPING
+    for used in range(1, evaluations + 1):
+        shift = damping * np.trace(here.curvature) / len(u)
+        damped = here.curvature + shift * np.eye(len(u))
+        proposed = _model_minimum(here.gradient, damped, best, (low, high))
+        there = model(proposed)
+        gain = here.value - there.value
         if gain > 0.0:
-            best, (value, gradient, curvature) = proposed, reached
+            best, here = proposed, there
             damping *= 0.3
-            if gain < LEAST_GAIN * abs(value):
-                return best, used, value
+            if gain < LEAST_GAIN * abs(here.value):
+                return best, used, here.value
         else:
             damping *= 10.0
-    return best, evaluations, value
+    return best, evaluations, here.value
 
 
 def settle(seen: Sequence[Linear], u: FloatArray) -> FloatArray:
@@ -101,7 +123,7 @@ def _model_minimum(
     solver.set_upper_bounds(bounds[1])
     solver.set_min_objective(objective)
     solver.set_maxeval(MODEL_EVALUATIONS)
-    solver.set_ftol_rel(1e-6)
+    solver.set_ftol_rel(1e-4)
     best = u
     # Where the line search runs into the last digits, no step is taken.
     with suppress(nlopt.RoundoffLimited):

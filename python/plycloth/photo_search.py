@@ -42,9 +42,9 @@ class Effort:
 
 
 # Of fits while many geometries are left, while few are, and of the last.
-SKETCH = Effort(cells=8, paths=128, rounds=3, evaluations=4)
-DRAWING = Effort(cells=16, paths=256, rounds=3, evaluations=4)
-PAINTING = Effort(cells=16, paths=512, rounds=4, evaluations=5)
+SKETCH = Effort(cells=8, paths=128, rounds=3, evaluations=3)
+DRAWING = Effort(cells=16, paths=256, rounds=3, evaluations=3)
+PAINTING = Effort(cells=16, paths=512, rounds=4, evaluations=4)
 # So many geometries are left after the sketches.
 FEW = 3
 # A second geometry is painted if its drawing is no worse than the best one's times this.

@@ -1,12 +1,13 @@
 """Scenes: a piece of cloth, a camera and lights."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated, Any, get_args
 
 from plycloth._check import POSITIVE, ParameterError, instance, optional, pair
 from plycloth._saved import Saved
 from plycloth._value import Description
+from plycloth.bsdf import PlyBsdf
 from plycloth.camera import Camera
 from plycloth.fabric import Fabric
 from plycloth.light import Light
@@ -76,3 +77,13 @@ class Scene(Saved):
     swatch: Annotated[Swatch, instance(Swatch)]
     camera: AnyCamera
     lights: Annotated[tuple[Light, ...], _lights]
+
+    def with_bsdfs(self, warp: PlyBsdf, weft: PlyBsdf) -> "Scene":
+        """Return the same scene, but the yarns of warp and weft have these BSDFs."""
+        fabric = self.swatch.fabric
+        dyed = replace(
+            fabric,
+            warp=replace(fabric.warp, bsdf=warp),
+            weft=replace(fabric.weft, bsdf=weft),
+        )
+        return replace(self, swatch=replace(self.swatch, fabric=dyed))

@@ -10,6 +10,7 @@ use crate::cloth::swatch::Swatch;
 use crate::error::Result;
 use crate::math::color::Rgb;
 use crate::math::rng::Sampler;
+use crate::render::cells::Cells;
 use crate::render::driver::{Film, Pixel};
 use crate::render::light::Lights;
 use crate::render::path::PathLimits;
@@ -47,6 +48,24 @@ impl CompiledScene {
             Ok((Swatch::new(&spec, size, control)?, palette.materials(control)?))
         })?;
         Ok(Self(Scene { swatch, shapes, materials, camera, lights: Lights(lights) }))
+    }
+
+    /// Averages of the cells of a grid (columns, rows) over the picture: rows x columns x 3.
+    #[pyo3(signature = (grid, paths, seed, max_depth, threads=None))]
+    fn cell_averages<'py>(
+        &self,
+        py: Python<'py>,
+        grid: [usize; 2],
+        paths: u32,
+        seed: u64,
+        max_depth: u32,
+        threads: Option<usize>,
+    ) -> PyResult<Bound<'py, PyArray3<f64>>> {
+        let cells = Cells { grid, paths, seed, limits: limits(max_depth, true) }.checked()?;
+        let averages = gate::run(py, threads, None, |control| cells.averages(&self.0, control))?;
+        let values = averages.iter().flat_map(Rgb::to_array).collect();
+        let array = Array3::from_shape_vec((grid[1], grid[0], 3), values);
+        Ok(array.expect("there is an average for each cell").into_pyarray(py))
     }
 }
 
@@ -139,10 +158,9 @@ impl CompiledTape {
         threads: Option<usize>,
         progress: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
-        let (scene, limits) = (&scene.0, limits(max_depth, true));
-        let tape = gate::run(py, threads, progress, |control| {
-            Tape::record(scene, grid, paths, seed, limits, control)
-        })?;
+        let cells = Cells { grid, paths, seed, limits: limits(max_depth, true) };
+        let tape =
+            gate::run(py, threads, progress, |control| Tape::record(&scene.0, cells, control))?;
         Ok(Self(tape))
     }
 
@@ -159,7 +177,7 @@ impl CompiledTape {
             bsdfs.iter().map(|bsdf| bsdf.parameters(Rgb::ONE)).collect::<Result<Vec<_>>>()?;
         let averages =
             gate::run(py, threads, None, |control| self.0.evaluate(&parameters, control))?;
-        let [columns, rows] = self.0.grid;
+        let [columns, rows] = self.0.cells.grid;
         let shape = (3 * columns * rows, parameters.len(), parameter::COUNT);
         let values = Array3::from_shape_vec((rows, columns, 3), averages.values);
         let jacobian = Array3::from_shape_vec(shape, averages.jacobian);

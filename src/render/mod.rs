@@ -1,6 +1,7 @@
 //! From scene to picture: cameras, lights, the path tracer and what drives it.
 
 pub mod camera;
+pub mod cells;
 pub mod driver;
 pub mod light;
 pub mod path;

@@ -19,21 +19,19 @@ use rayon::prelude::*;
 use self::differentiable::Differentiable;
 use self::record::{PATHS_PER_STRIP, Strip};
 use self::replay::Sums;
-use super::path::PathLimits;
+use super::cells::Cells;
 use super::scene::{Material, Scene};
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::math::color::Rgb;
-use crate::math::rng::Sampler;
 use crate::scatter::ply::PlyParameters;
 
 /// The recorded paths of a picture, cell by cell.
 #[derive(Debug)]
 pub struct Tape {
-    /// Columns and rows of cells.
-    pub grid: [usize; 2],
+    /// Which paths were recorded.
+    pub cells: Cells,
     materials: usize,
-    paths: u32,
     /// For each cell in turn, [`Tape::strips_per_cell`].
     strips: Vec<Strip>,
 }
@@ -48,37 +46,26 @@ pub struct Averages {
 }
 
 impl Tape {
-    /// Draws `paths` paths through each of the cells that `grid` divides the picture into, at most
-    /// [`Sampler::MAX_LOW_DISCREPANCY`] and best a power of two; every material of the scene must be
-    /// a ply.
-    pub fn record(
-        scene: &Scene,
-        grid: [usize; 2],
-        paths: u32,
-        seed: u64,
-        limits: PathLimits,
-        control: &Control,
-    ) -> Result<Self> {
+    /// Traces the paths through all cells; every material of the scene must be a ply. The paths of
+    /// a cell are spread best if there are a power of two of them.
+    pub fn record(scene: &Scene, cells: Cells, control: &Control) -> Result<Self> {
         if scene.materials.list.iter().any(|m| !matches!(m, Material::Ply(_))) {
             return Err(Error::invalid("scene", "has a yarn whose BSDF is not a PlyBsdf"));
         }
-        if paths == 0 || paths > Sampler::MAX_LOW_DISCREPANCY {
-            let problem = format!("must be 1 to {}, not {paths}", Sampler::MAX_LOW_DISCREPANCY);
-            return Err(Error::invalid("paths", problem));
-        }
-        let per_cell = paths.div_ceil(PATHS_PER_STRIP) as usize;
-        let strips = (0..grid[0] * grid[1] * per_cell)
+        let cells = cells.checked()?;
+        let per_cell = cells.paths.div_ceil(PATHS_PER_STRIP) as usize;
+        let strips = (0..cells.count() * per_cell)
             .into_par_iter()
             .map(|strip| {
                 control.check()?;
                 let first = (strip % per_cell) as u32 * PATHS_PER_STRIP;
-                let range = first..paths.min(first + PATHS_PER_STRIP);
-                let strip = Strip::record(scene, grid, strip / per_cell, range, seed, limits);
+                let range = first..cells.paths.min(first + PATHS_PER_STRIP);
+                let strip = Strip::record(scene, &cells, strip / per_cell, range);
                 control.advance(1);
                 Ok(strip)
             })
             .collect::<Result<_>>()?;
-        Ok(Self { grid, materials: scene.materials.list.len(), paths, strips })
+        Ok(Self { cells, materials: scene.materials.list.len(), strips })
     }
 
     /// The cell averages for the given parameters of each material, and their derivatives.
@@ -95,14 +82,14 @@ impl Tape {
             .par_iter()
             .map(|strip| {
                 control.check()?;
-                let sums = Sums::over(strip, &models, 1.0 / f64::from(self.paths));
+                let sums = Sums::over(strip, &models, 1.0 / f64::from(self.cells.paths));
                 control.advance(1);
                 Ok(sums)
             })
             .collect::<Result<Vec<_>>>()?;
         let mut averages = Averages {
-            values: Vec::with_capacity(3 * self.grid[0] * self.grid[1]),
-            jacobian: Vec::with_capacity(3 * columns * self.grid[0] * self.grid[1]),
+            values: Vec::with_capacity(3 * self.cells.count()),
+            jacobian: Vec::with_capacity(3 * columns * self.cells.count()),
         };
         for of_cell in strips.chunks_exact(self.strips_per_cell()) {
             averages.values.extend(of_cell.iter().map(|sums| sums.value).sum::<Rgb>().to_array());
@@ -116,7 +103,7 @@ impl Tape {
     }
 
     fn strips_per_cell(&self) -> usize {
-        self.paths.div_ceil(PATHS_PER_STRIP) as usize
+        self.cells.paths.div_ceil(PATHS_PER_STRIP) as usize
     }
 
     /// How many bytes the recorded paths take.

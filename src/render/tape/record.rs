@@ -5,8 +5,8 @@ use std::ops::Range;
 use glam::DVec3;
 
 use crate::math::color::Rgb;
-use crate::math::rng::Sampler;
-use crate::render::path::{PathLimits, Recorder, Side, radiance};
+use crate::render::cells::Cells;
+use crate::render::path::{Recorder, Side};
 use crate::render::scene::Scene;
 use crate::scatter::ply::Passage;
 
@@ -73,28 +73,25 @@ impl Recorder for Strip {
 }
 
 impl Strip {
-    /// Draws some of the `paths` through a cell.
-    pub fn record(
-        scene: &Scene,
-        grid: [usize; 2],
-        cell: usize,
-        paths: Range<u32>,
-        seed: u64,
-        limits: PathLimits,
-    ) -> Self {
+    /// Traces some of the paths through a cell.
+    pub fn record(scene: &Scene, cells: &Cells, cell: usize, paths: Range<u32>) -> Self {
         let mut strip = Self::default();
-        let [width, height] = scene.camera.resolution;
-        let size = [width as f64 / grid[0] as f64, height as f64 / grid[1] as f64];
-        let corner = [cell % grid[0], cell / grid[0]];
         for path in paths {
-            let mut sampler = Sampler::low_discrepancy(seed, cell as u64, path);
-            let within = sampler.next_2d();
-            let [x, y] = [0, 1].map(|axis| (corner[axis] as f64 + within[axis]) * size[axis]);
+            let before = strip.events.len();
             strip.events.push(Event::Start);
-            radiance(scene, scene.camera.ray(x, y), limits, sampler, &mut strip);
+            cells.trace(scene, cell, path, &mut strip);
+            strip.forget_dark_end(before);
         }
         strip.events.shrink_to_fit();
         strip
+    }
+
+    /// Drops what follows the last light since event number `start`: it adds nothing, whatever the
+    /// parameters.
+    fn forget_dark_end(&mut self, start: usize) {
+        let lit = |event: &Event| matches!(event, Event::Light(_) | Event::Emitted(_));
+        let kept = self.events[start..].iter().rposition(lit).map_or(0, |last| last + 1);
+        self.events.truncate(start + kept);
     }
 
     /// How many bytes the paths take.
