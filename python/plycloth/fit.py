@@ -316,7 +316,7 @@ def _solve(
     descent = _descend(problem, rounds, evaluations, seed, report)
     u, settled = descent.u, settle(descent.seen, descent.u)
     tapes = problem.record(settled, seed + len(descent.steps) + 1)
-    if problem.model(tapes, settled).value < problem.model(tapes, u).value:
+    if problem.model(tapes, settled).bound < problem.model(tapes, u).bound:
         u = settled
     near = nearby([*descent.seen, *problem.residuals(tapes, u)], u)
     return _result(problem, tapes, descent, pool(near, u), u)
@@ -346,9 +346,9 @@ def _descend(
         halves = problem.residuals(fresh, proposed)
         there = Model.of(*halves)
         seen += halves
-        accepted = there.value < here.value or there.value < problem.model(fresh, u).value
+        accepted = there.bound < here.bound or there.bound < problem.model(fresh, u).bound
         steps.append(Step(here.value, predicted, there.value, radius, accepted))
-        gaining = here.value - there.value > STANDSTILL * abs(here.value)
+        gaining = here.bound - there.bound > STANDSTILL * here.bound
         if accepted:
             u, here, tapes = proposed, there, fresh
         radius = min(1.0, 1.5 * radius) if gaining else 0.5 * radius

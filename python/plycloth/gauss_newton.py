@@ -28,9 +28,13 @@ class Model:
 
     Squares count noise as error. The products of two independent halves (`of`) do not, in the
     mean; their curvature is made of mean slopes, to be positive.
+
+    Where there is much noise, the value may be small by luck. Points are therefore compared by
+    upper bounds: value and standard error together.
     """
 
     value: float
+    error: float
     gradient: FloatArray
     curvature: FloatArray
 
@@ -39,7 +43,14 @@ class Model:
         """Return the model that two independent halves make at the point where both are."""
         slopes = 0.5 * (first.slopes + second.slopes)
         gradient = second.residuals @ first.slopes + first.residuals @ second.slopes
-        return cls(float(first.residuals @ second.residuals), gradient, slopes.T @ slopes)
+        products = first.residuals * second.residuals
+        error = len(products) ** 0.5 * float(products.std())
+        return cls(float(products.sum()), error, gradient, slopes.T @ slopes)
+
+    @property
+    def bound(self) -> float:
+        """What the value hardly exceeds."""
+        return self.value + self.error
 
 
 def minimise(
@@ -73,11 +84,11 @@ def minimise(
         damped = here.curvature + shift * np.eye(len(u))
         proposed = _model_minimum(here.gradient, damped, best, (low, high))
         there = model(proposed)
-        gain = here.value - there.value
+        gain = here.bound - there.bound
         if gain > 0.0:
             best, here = proposed, there
             damping *= 0.3
-            if gain < LEAST_GAIN * abs(here.value):
+            if gain < LEAST_GAIN * here.bound:
                 return best, used, here.value
         else:
             damping *= 10.0

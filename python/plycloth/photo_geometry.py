@@ -92,8 +92,8 @@ class Geometry:
         depths = (self.warp.depth(self.warp_spacing_mm), self.weft.depth(self.weft_spacing_mm))
         return {
             "extinction": (0.02 / max(depths), 50.0 / min(depths)),
-            "roughness": (0.03, 1.0),
-            "exit_roughness": (0.03, 1.0),
+            "roughness": (0.05, 1.0),
+            "exit_roughness": (0.05, 1.0),
             "eta": (1.05, 3.0),
         }
 

@@ -11,7 +11,7 @@ small, by weights on the squares that `fit` sums up.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,27 +28,28 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Effort:
-    """How long a fit may take: arguments of `fit`."""
+    """How long a fit may take, as arguments of `fit`, and by how many paths it is judged."""
 
     cells: int
     paths: int
     rounds: int
     evaluations: int
-
-    @property
-    def judging_paths(self) -> int:
-        """Paths that each half of a fit's error is estimated by: errors take more than slopes."""
-        return min(2 * self.paths, 512)
+    judging_paths: int
 
 
 # Of fits while many geometries are left, while few are, and of the last.
-SKETCH = Effort(cells=8, paths=128, rounds=3, evaluations=3)
-DRAWING = Effort(cells=16, paths=256, rounds=3, evaluations=3)
-PAINTING = Effort(cells=16, paths=512, rounds=4, evaluations=4)
+SKETCH = Effort(cells=8, paths=128, rounds=3, evaluations=3, judging_paths=128)
+DRAWING = Effort(cells=16, paths=256, rounds=3, evaluations=3, judging_paths=512)
+PAINTING = Effort(cells=16, paths=512, rounds=4, evaluations=4, judging_paths=512)
+# So many fits are painted one after the other, each from the best so far.
+PAINTINGS = 5
+# Errors are those of averages over so many cells across.
+JUDGING_CELLS = 16
+# Where cloth and lamp were is read off the large features of the pictures.
+PLACING_CELLS = 8
+PLACING_PATHS = 256
 # So many geometries are left after the sketches.
 FEW = 3
-# A second geometry is painted if its drawing is no worse than the best one's times this.
-CLOSE = 1.1
 # No picture weighs less than this, relative to the one with the largest error.
 LEAST_WEIGHT = 0.1
 # Fits count up from their seeds; errors are judged by others.
@@ -97,8 +98,7 @@ def most_steps(geometries: int) -> int:
         left = _half(left)
         sketches += left
     variations = 6 + 4  # as many as Geometry.variations can give
-    paintings = 3
-    return sketches + left + 1 + variations + paintings
+    return sketches + left + 1 + variations + PAINTINGS
 
 
 def _half(count: int) -> int:
@@ -146,10 +146,8 @@ class Search:
         drawn += self._varied(before := ranked(drawn)[0], cross_sections=True)
         if (best := ranked(drawn)[0]).score < WORTHWHILE * before.score:
             drawn += self._varied(best, cross_sections=False)
-        best, *others = ranked(drawn)
-        close = [other for other in others[:1] if other.score < CLOSE * best.score]
-        drawn += [self._again(trial, PAINTING) for trial in (best, *close)]
-        drawn.append(self._again(ranked(drawn)[0], PAINTING))
+        for _ in range(PAINTINGS):
+            drawn.append(self._again(ranked(drawn)[0], PAINTING))
         self.report(most_steps(len(geometries)))
         return ranked(drawn)[0]
 
@@ -175,8 +173,7 @@ class Search:
 
     def _again(self, trial: Trial, effort: Effort) -> Trial:
         """Place cloth and lamps by the optics found so far, and fit the optics again."""
-        placing = SKETCH if effort is SKETCH else DRAWING
-        placements = {side: self._place(trial, side, placing) for side in self.images}
+        placements = {side: self._place(trial, side) for side in self.images}
         return self._try(trial.geometry, trial, placements, effort)
 
     def _try(
@@ -205,57 +202,55 @@ class Search:
             seed=self.seed + SEEDS_PER_FIT * len(self.trials),
             threads=self.threads,
             progress=False,
-            **asdict(effort),
+            cells=effort.cells,
+            paths=effort.paths,
+            rounds=effort.rounds,
+            evaluations=effort.evaluations,
         )
-        errors = self._errors(result, placements, effort)
+        errors = self._errors(result, placements, effort.judging_paths)
         self.trials.append(Trial(Candidate(geometry, errors), result, placements))
         self.report(len(self.trials))
         return self.trials[-1]
 
     def _errors(
-        self, result: FitResult, placements: dict[str, Placement], effort: Effort
+        self, result: FitResult, placements: dict[str, Placement], paths: int
     ) -> list[float]:
         """Estimate each picture's error by two sets of paths that the fit has not seen."""
         errors = []
-        for picture, side in enumerate(self.images):
+        for side, image in self.images.items():
             first, second = (
-                self._predict(
-                    result, picture, placements[side], DRAWING.cells, effort.judging_paths, seed
-                )
+                self._predict(result, side, placements[side], JUDGING_CELLS, paths, seed)
                 for seed in (self.seed + JUDGING_SEED, self.seed + JUDGING_SEED + 1)
             )
-            target = cell_averages(self.images[side], DRAWING.cells)
-            errors.append(_error(Match(target, first, second)))
+            errors.append(_error(Match(cell_averages(image, JUDGING_CELLS), first, second)))
         return errors
 
     def _predict(
         self,
         result: FitResult,
-        picture: int,
+        side: str,
         placement: Placement,
         cells: int,
         paths: int,
         seed: int,
     ) -> FloatArray:
         """Return the cell averages of a picture with the cloth and lamp placed in this way."""
-        side = list(self.images)[picture]
         return result.predict(
             placement.scene(self.rig, result.fabric, side, self._resolution(side)),
             cells,
-            picture=picture,
+            picture=list(self.images).index(side),
             paths=paths,
             seed=seed,
             threads=self.threads,
         )
 
-    def _place(self, trial: Trial, side: str, effort: Effort) -> Placement:
+    def _place(self, trial: Trial, side: str) -> Placement:
         """Find a better placement for a picture by itself, the optics staying as they are."""
-        picture = list(self.images).index(side)
-        target = cell_averages(self.images[side], effort.cells)
+        target = cell_averages(self.images[side], PLACING_CELLS)
 
         def residuals(placement: Placement) -> FloatArray:
             cells = self._predict(
-                trial.result, picture, placement, effort.cells, effort.paths, self.seed
+                trial.result, side, placement, PLACING_CELLS, PLACING_PATHS, self.seed
             )
             return np.ravel(np.minimum(cells, 1.0) - target)
 

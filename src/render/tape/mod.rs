@@ -6,7 +6,7 @@
 //! without tracing a ray. One thing is out of their reach: light that a larger eta bends further than
 //! the recorded one can.
 //!
-//! Memory grows with the number of path vertices: 500 to 600 bytes a path of a
+//! Memory grows with the number of path vertices: 350 to 500 bytes a path of a
 //! satin on the photo rig.
 
 mod differentiable;
