@@ -15,7 +15,7 @@ use plycloth::scatter::ggx::Ggx;
 use plycloth::scatter::ply::{Choice, Crossing, Passage, PlyBsdf, PlyParameters};
 
 /// Chi-square tests in this file, for the common significance.
-const TESTS: usize = 100;
+const TESTS: usize = 120;
 
 const WIDTHS: [[f64; 2]; 3] = [[0.2, 0.3], [0.15, 0.6], [1.0, 1.0]];
 
@@ -214,10 +214,23 @@ fn plies() -> [PlyBsdf; 3] {
 
 /// A passage that comes out a little askew.
 fn passage(bsdf: &PlyBsdf, wo: DVec3) -> (Passage, Crossing) {
-    let refracted = bsdf.sample_refracted(wo, [0.3, 0.6]).unwrap();
+    let refracted = bsdf.sample_refracted(wo, None, [0.3, 0.6]).unwrap();
     let incident = (DVec3::new(0.2, -0.4, 0.0) - refracted.0).normalize();
     let passage = bsdf.sample_passage(refracted, incident, 0.4, [0.7, 0.2]);
     (passage, bsdf.crossing(wo, Some(passage)))
+}
+
+#[test]
+fn refracted_directions_have_their_density_with_a_lamp_beyond() {
+    let lamp = DVec3::new(0.3, -0.5, -1.0).normalize();
+    for bsdf in plies() {
+        for wo in views() {
+            let sample = |i| bsdf.sample_refracted(wo, Some(lamp), random(i).next_2d());
+            let name = format!("refracted {:?} {wo}", bsdf.parameters());
+            let pdf = |refracted| bsdf.refracted_pdf(wo, Some(lamp), refracted);
+            check(&name, TESTS, pdf, |i| sample(i).map(|(refracted, _)| refracted));
+        }
+    }
 }
 
 #[test]

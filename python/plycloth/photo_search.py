@@ -2,9 +2,9 @@
 
 Every geometry that is guessed gets a short fit. The better half goes on: cloth and lamps are
 placed, the optics fitted again; and so on, until few are left, which get longer fits. Then the
-yarns of the best one are varied, and the best of all are fitted once more, longest. Errors are
-estimated by paths of their own, and compared as noise leaves them unbiased (`Match.error`), where
-they stand out of it.
+yarns of the best one are varied, and the best of all is fitted several times more, with most paths.
+No fit is lost: the best so far counts, whatever comes after. Errors are estimated by paths of their
+own, and compared as noise leaves them unbiased (`Match.error`), where they stand out of it.
 
 Both pictures should be explained: it is the sum of the fourth powers of their errors that is made
 small, by weights on the squares that `fit` sums up.
@@ -40,9 +40,9 @@ class Effort:
 # Of fits while many geometries are left, while few are, and of the last.
 SKETCH = Effort(cells=8, paths=128, rounds=3, evaluations=3, judging_paths=128)
 DRAWING = Effort(cells=16, paths=256, rounds=3, evaluations=3, judging_paths=512)
-PAINTING = Effort(cells=16, paths=512, rounds=4, evaluations=4, judging_paths=512)
+PAINTING = Effort(cells=16, paths=1024, rounds=4, evaluations=3, judging_paths=512)
 # So many fits are painted one after the other, each from the best so far.
-PAINTINGS = 5
+PAINTINGS = 3
 # Errors are those of averages over so many cells across.
 JUDGING_CELLS = 16
 # Where cloth and lamp were is read off the large features of the pictures.

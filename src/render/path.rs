@@ -73,6 +73,9 @@ struct Next {
     chance: f64,
 }
 
+/// Random numbers that choose a light, and a point on it.
+type LightNumber = (f64, [f64; 2]);
+
 /// A path under way.
 struct Path<'a, R> {
     scene: &'a Scene,
@@ -163,7 +166,8 @@ impl<R: Recorder> Path<'_, R> {
         self.recorder.vertex(material, wo, None);
         let pdf = square_to_cosine_hemisphere_pdf;
         let eval = |wi| (reflectance * pdf(wi), pdf(wi));
-        self.add_light(Side::Entry, point, &frame, 1.0, eval);
+        let number = self.light_number();
+        self.add_light(Side::Entry, point, &frame, number, 1.0, eval);
         let wi = square_to_cosine_hemisphere(self.sampler.next_2d());
         scattered(Side::Entry, point, &frame, 1.0, wi, eval)
     }
@@ -176,23 +180,25 @@ impl<R: Recorder> Path<'_, R> {
         both_sides: bool,
     ) -> Option<Next> {
         let Interaction { material, wo, point, frame, .. } = *interaction;
-        let (passage, exit) = self.pass(interaction, bsdf).unzip();
+        let beyond = self.light_number();
+        let (passage, exit) = self.pass(interaction, bsdf, beyond).unzip();
         self.recorder.vertex(material, wo, passage.as_ref());
         let crossing = bsdf.crossing(wo, passage);
         let eval = |wi| (bsdf.eval_entry(wo, &crossing, wi), bsdf.pdf_entry(wo, &crossing, wi));
-        self.add_light(Side::Entry, point, &frame, 1.0, eval);
+        let number = self.light_number();
+        self.add_light(Side::Entry, point, &frame, number, 1.0, eval);
         // The probability of looking for light beyond the ply, and of going on there if so.
         let passed = crossing.entry_probabilities[2];
         let (looked, gone) = if both_sides { (1.0, passed) } else { (passed, 1.0) };
         if let (true, Some(exit)) = (both_sides, &exit) {
-            self.add_light_beyond(bsdf, &crossing, exit, looked, gone);
+            self.add_light_beyond(bsdf, &crossing, exit, beyond, looked, gone);
         }
         match bsdf.sample_entry(wo, &crossing, &mut self.sampler) {
             Choice::Lost => None,
             Choice::Pass => {
                 let exit = exit?;
                 if !both_sides {
-                    self.add_light_beyond(bsdf, &crossing, &exit, looked, gone);
+                    self.add_light_beyond(bsdf, &crossing, &exit, beyond, looked, gone);
                 }
                 self.leave_ply(bsdf, &crossing, &exit, looked, gone)
             }
@@ -202,11 +208,31 @@ impl<R: Recorder> Path<'_, R> {
 
     /// Refracts light into the ply and follows it to where it comes out.
     #[inline]
-    fn pass(&mut self, interaction: &Interaction, bsdf: &PlyBsdf) -> Option<(Passage, Exit)> {
+    fn pass(
+        &mut self,
+        interaction: &Interaction,
+        bsdf: &PlyBsdf,
+        beyond: LightNumber,
+    ) -> Option<(Passage, Exit)> {
         let (entry, facet) = (self.sampler.next_2d(), self.sampler.next_2d());
-        let refracted = bsdf.sample_refracted(interaction.wo, entry)?;
+        let lamp = self.lamp_beyond(interaction, beyond);
+        let refracted = bsdf.sample_refracted(interaction.wo, lamp, entry)?;
         let exit = self.scene.exit(interaction, refracted.0);
         Some((bsdf.sample_passage(refracted, exit.incident, exit.length, facet), exit))
+    }
+
+    /// The direction, in the frame at x, of the lamp that light will be looked for from beyond the
+    /// ply, if it is one that only connections find.
+    #[inline]
+    fn lamp_beyond(&self, interaction: &Interaction, beyond: LightNumber) -> Option<DVec3> {
+        let sample = self.scene.lights.sample(interaction.point, beyond.0, beyond.1)?;
+        let lamp = interaction.frame.to_local(sample.direction);
+        (sample.pdf.is_none() && lamp.z < 0.0).then_some(lamp)
+    }
+
+    #[inline]
+    fn light_number(&mut self) -> LightNumber {
+        (self.sampler.next_1d(), self.sampler.next_2d())
     }
 
     /// Adds light that reaches y from beyond the ply.
@@ -216,11 +242,12 @@ impl<R: Recorder> Path<'_, R> {
         bsdf: &PlyBsdf,
         crossing: &Crossing,
         exit: &Exit,
+        number: LightNumber,
         looked: f64,
         gone: f64,
     ) {
         let eval = |wi| eval_exit(bsdf, crossing, wi, gone);
-        self.add_light(Side::Exit, exit.point, &exit.frame, looked, eval);
+        self.add_light(Side::Exit, exit.point, &exit.frame, number, looked, eval);
     }
 
     /// Scatters light that went through the ply, at y.
@@ -249,10 +276,10 @@ impl<R: Recorder> Path<'_, R> {
         side: Side,
         point: DVec3,
         frame: &Frame,
+        (choice, u): LightNumber,
         chance: f64,
         eval: impl Fn(DVec3) -> (Rgb, f64),
     ) {
-        let (choice, u) = (self.sampler.next_1d(), self.sampler.next_2d());
         let Some(sample) = self.scene.lights.sample(point, choice, u) else { return };
         let LightSample { direction, distance, weight, pdf } = sample;
         let wi = frame.to_local(direction);

@@ -194,11 +194,43 @@ impl PlyBsdf {
     }
 
     /// A refracted direction in the frame at x and its density; `None` if nothing is refracted.
+    ///
+    /// Where `lamp` is given, the direction of a lamp beyond the ply (z < 0), half of the directions
+    /// are chosen such that a facet at y refracts them into it, as if y faced x: with rough lobes at
+    /// x and narrow ones at y, few others meet the lamp.
     #[inline]
-    pub fn sample_refracted(&self, wo: DVec3, u: [f64; 2]) -> Option<(DVec3, f64)> {
-        let refracted = self.optics.entry.sample_refraction(wo, u)?;
-        let pdf = self.optics.entry.refraction_pdf(&constant(wo), &constant(refracted));
+    pub fn sample_refracted(
+        &self,
+        wo: DVec3,
+        lamp: Option<DVec3>,
+        [u, v]: [f64; 2],
+    ) -> Option<(DVec3, f64)> {
+        let entry = &self.optics.entry;
+        let refracted = match lamp {
+            None => entry.sample_refraction(wo, [u, v])?,
+            Some(_) if u < 0.5 => entry.sample_refraction(wo, [2.0 * u, v])?,
+            Some(lamp) => self.interface_to_lamp().sample_refraction(-lamp, [2.0 * u - 1.0, v])?,
+        };
+        let pdf = self.refracted_pdf(wo, lamp, refracted);
         (pdf > 0.0).then_some((refracted, pdf))
+    }
+
+    /// The density of [`PlyBsdf::sample_refracted`].
+    #[inline]
+    pub fn refracted_pdf(&self, wo: DVec3, lamp: Option<DVec3>, refracted: DVec3) -> f64 {
+        let refracted = constant(refracted);
+        let onwards = self.optics.entry.refraction_pdf(&constant(wo), &refracted);
+        lamp.map_or(onwards, |lamp| {
+            let back = self.interface_to_lamp().refraction_pdf(&constant(-lamp), &refracted);
+            0.5 * (onwards + back)
+        })
+    }
+
+    /// y as a lamp beyond sees it: from outside to inside, as `wo` sees x. Facets are the same all
+    /// the way round, so what comes from the lamp along -lamp is refracted as if it entered at x.
+    #[inline]
+    fn interface_to_lamp(&self) -> RoughDielectric {
+        RoughDielectric { eta: self.optics.entry.eta, ggx: self.optics.exit.ggx }
     }
 
     /// Completes a passage that comes out along `-incident` (in the frame at y) after `length`.

@@ -59,7 +59,7 @@ impl Ribbon {
 
     fn crossing(&self, wo: DVec3, sampler: &mut Sampler) -> Crossing {
         let (entry, facet) = (sampler.next_2d(), sampler.next_2d());
-        let passage = self.bsdf.sample_refracted(wo, entry).map(|refracted| {
+        let passage = self.bsdf.sample_refracted(wo, None, entry).map(|refracted| {
             let length = self.thickness / -refracted.0.z;
             self.bsdf.sample_passage(refracted, -refracted.0, length, facet)
         });
