@@ -121,8 +121,9 @@ def test_placements_stay_within_their_limits():
 
 
 def test_a_small_search_from_end_to_end(monkeypatch):
+    small = Effort(cells=8, paths=8, rounds=1, evaluations=3, judging_paths=8)
     for name in ("SKETCH", "DRAWING", "PAINTING"):
-        monkeypatch.setattr(photo_search, name, Effort(cells=8, paths=8, rounds=1, evaluations=3))
+        monkeypatch.setattr(photo_search, name, small)
     seen = []
     found = pc.fit_photographs(
         picture("front"),
