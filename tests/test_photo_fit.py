@@ -147,6 +147,8 @@ def test_a_small_search_from_end_to_end(monkeypatch):
         "front": (32, 32, 3),
         "back": (32, 32, 3),
     }
+    with pytest.raises(pc.ParameterError, match=r"side must be one of .*nearest is 'back'"):
+        found.picture("black")
 
 
 def test_bad_photographs_are_named(tmp_path):
