@@ -6,7 +6,8 @@ from the parameters that a round starts with, and re-weighted for all others
 (`_plycloth.CompiledTape`), so that the objective of a round is a smooth function. It is a sum of
 squares with known slopes: Gauss-Newton steps lower it, each found by SLSQP on the quadratic model
 within bounds and a trust region. Then new paths are drawn at the new parameters, until nothing
-moves; the end is where the paths of the last rounds together have it (`gauss_newton.settle`).
+moves. The rounds that are left, one at least, go on drawing paths where those of all rounds
+together have the minimum (`gauss_newton.settle`): noise of the paths averages out.
 
 Squares of noisy differences count the noise as error, and are least where there is little noise.
 Every picture is therefore drawn twice, with independent paths: errors and the objective are
@@ -314,12 +315,28 @@ def _solve(
     report: Callable[[int], None] | None,
 ) -> FitResult:
     descent = _descend(problem, rounds, evaluations, seed, report)
-    u, settled = descent.u, settle(descent.seen, descent.u)
-    tapes = problem.record(settled, seed + len(descent.steps) + 1)
-    if problem.model(tapes, settled).bound < problem.model(tapes, u).bound:
-        u = settled
-    near = nearby([*descent.seen, *problem.residuals(tapes, u)], u)
-    return _result(problem, tapes, descent, pool(near, u), u)
+    return _settle(problem, descent, rounds, seed, report)
+
+
+def _settle(
+    problem: _Problem,
+    descent: _Descent,
+    rounds: int,
+    seed: int,
+    report: Callable[[int], None] | None,
+) -> FitResult:
+    """Spend what is left of the rounds on new paths where all so far have the minimum."""
+    u, seen, used = descent.u, list(descent.seen), len(descent.steps)
+    for index in range(used, max(rounds, used + 1)):
+        settled = settle(seen, u)
+        tapes = problem.record(settled, seed + index + 1)
+        halves = problem.residuals(tapes, settled)
+        seen += halves
+        if Model.of(*halves).bound < problem.model(tapes, u).bound:
+            u = settled
+        if report is not None:
+            report(min(index + 1, rounds))
+    return _result(problem, tapes, descent, pool(nearby(seen, u), u), u)
 
 
 def _descend(
