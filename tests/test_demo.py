@@ -57,6 +57,14 @@ def test_with_a_folder_that_lacks_photographs_it_says_so(tmp_path, monkeypatch, 
     assert capsys.readouterr().err.startswith("demo: error: ")
 
 
+@pytest.mark.parametrize("option", ["--help", "--folder"])
+def test_options_are_no_folders(tmp_path, monkeypatch, option):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(SystemExit):
+        demo.main([option])
+    assert not list(tmp_path.iterdir())
+
+
 @pytest.mark.slow
 def test_what_is_hidden_is_found(monkeypatch):
     """The demo's own fit, on smaller pictures; it starts from colours of 0.5 and 10 per mm."""

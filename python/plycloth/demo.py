@@ -4,6 +4,7 @@ With ``PLYCLOTH_DATA`` set, a pair of real photographs from that folder is fitte
 a fabric is made up, photographed by rendering, and recovered from the two pictures.
 """
 
+import argparse
 import os
 import sys
 from collections.abc import Sequence
@@ -64,7 +65,7 @@ def main(arguments: Sequence[str] | None = None, effort: Effort = FULL) -> int:
     Parameters
     ----------
     arguments
-        The folder to write to ("demo" if empty); None: those of the process.
+        The folder to write to ("demo" if none), or "--help"; None: those of the process.
     effort
         The scale of what is made up and recovered.
 
@@ -73,8 +74,9 @@ def main(arguments: Sequence[str] | None = None, effort: Effort = FULL) -> int:
     int
         0, or 2 if the photographs cannot be fitted.
     """
-    given = sys.argv[1:] if arguments is None else arguments
-    folder = Path(given[0]) if given else Path(FOLDER)
+    parser = argparse.ArgumentParser(prog="plycloth.demo", description=__doc__)
+    parser.add_argument("folder", nargs="?", default=FOLDER, help="to write to (default: demo)")
+    folder = Path(parser.parse_args(arguments).folder)
     if os.environ.get(datasets.FOLDER_VARIABLE):
         return _fit_photographs(folder)
     _recover(folder, effort)
