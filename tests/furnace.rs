@@ -29,7 +29,7 @@ fn cloth_that_absorbs_nothing_vanishes() {
     for (roughness, tolerance) in [(0.01, 0.005), (0.05, 0.02)] {
         for shape in [round(1), round(3), flat()] {
             let scene = scene(&plain(shape), 40.0, ply(white(roughness)), furnace());
-            let (mean, error) = mean_radiance(&scene, 64, 400);
+            let (mean, error) = mean_radiance(&scene, 640, 400);
             let off = (mean - Rgb::ONE).abs().max_element();
             println!("roughness {roughness} {shape:?}: {mean:.5} +- {error:.5}");
             assert!(off < tolerance + 4.0 * error.max_element(), "{mean} +- {error}");
@@ -122,7 +122,7 @@ fn rough_plies_lose_what_is_scattered_more_than_once() {
     let mut brighter = 1.0;
     for roughness in [0.02, 0.1, 0.2, 0.3, 0.5, 1.0] {
         scene.materials.list = vec![ply(white(roughness))];
-        let (mean, error) = mean_radiance(&scene, 16, 200);
+        let (mean, error) = mean_radiance(&scene, 160, 200);
         println!(
             "roughness {roughness}: loses {:.2}% +- {:.2}%",
             100.0 * (1.0 - mean.y),
