@@ -10,7 +10,7 @@ from fits import SmallPhotoFit
 from plycloth import cli
 
 ROOT = Path(__file__).parents[1]
-DOCUMENTS = ["README.md", "docs/guide.md", "docs/conventions.md"]
+DOCUMENTS = ["README.md", "docs/guide.md", "docs/conventions.md", "docs/results.md"]
 SMALL = pc.Draft.from_pattern(pc.WeavePattern.plain())
 
 
