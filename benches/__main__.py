@@ -1,12 +1,13 @@
 """`make bench`: speed, start-up and memory beside Mitsuba 3, into bench-results/.
 
-Every figure comes from a process of its own, and what is compared is measured one after the other
-in the same run: on a busy machine look at the ratios.
+Every figure comes from a process of its own. What is compared is measured in turns, three times;
+shown are medians, and of the ratios the smallest and largest, too: machines are noisy.
 """
 
 import argparse
 import json
 import os
+import statistics
 import subprocess
 import sys
 import tempfile
@@ -18,6 +19,7 @@ from benches.plot import plot
 from benches.scenes import COLOR, DISTANCE, FOV, write_weave
 
 RESULTS = Path("bench-results")
+TURNS = 3
 SCALES = (10, 30, 100, 300, 1000, 2000, 4000)
 BSDFS = {"diffuse": "diffuse against diffuse", "ply": "ply BSDF against principled"}
 
@@ -43,21 +45,28 @@ def compare(yarns: int, settings: Job) -> list[Job]:
             theirs = job | {"variant": variant, "folder": folder, "color": COLOR}
             theirs |= {"fov": FOV, "distance": DISTANCE}
             row = {"yarns": yarns, "title": title, "variant": variant}
-            row |= {"ours": run("ours", job), "theirs": run("theirs", theirs, environment)}
+            turns = [(run("ours", job), run("theirs", theirs, environment)) for _ in range(TURNS)]
+            row["ours"], row["theirs"] = (list(side) for side in zip(*turns, strict=True))
             rows.append(row)
             show(row)
     return rows
 
 
 def show(row: Job) -> None:
+    """Print medians of both programs, and the ratios' median and range."""
     print(f"\n{row['yarns']} x {row['yarns']} yarns, {row['title']} ({row['variant']})")
     for label, key, unit in (
         ("million samples/s", "rate", 1e6),
         ("start-up, s", "startup_s", 1.0),
         ("peak memory, MB", "peak_mb", 1.0),
     ):
-        ours, theirs = row["ours"][key] / unit, row["theirs"][key] / unit
-        print(f"  {label:18} ours {ours:9.3f}  Mitsuba {theirs:9.3f}  ratio {ours / theirs:.3f}")
+        ours, theirs = ([turn[key] / unit for turn in row[side]] for side in ("ours", "theirs"))
+        ratios = [mine / other for mine, other in zip(ours, theirs, strict=True)]
+        print(
+            f"  {label:18} ours {statistics.median(ours):9.3f}"
+            f"  Mitsuba {statistics.median(theirs):9.3f}"
+            f"  ratio {statistics.median(ratios):.3f} ({min(ratios):.3f} to {max(ratios):.3f})"
+        )
 
 
 def scale(settings: Job) -> list[Job]:
