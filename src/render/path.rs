@@ -172,7 +172,8 @@ impl<R: Recorder> Path<'_, R> {
         scattered(Side::Entry, point, &frame, 1.0, wi, eval)
     }
 
-    #[inline]
+    // Not inlined: it is long, and paths through diffuse cloth do without it.
+    #[inline(never)]
     fn at_ply(
         &mut self,
         interaction: &Interaction,
