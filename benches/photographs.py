@@ -70,7 +70,8 @@ def main(names):
     for name in names or pc.datasets.photo_pairs():
         for fitted_to in (SIDES, SIDES[:1], SIDES[1:]):
             print(row(name, fitted_to), flush=True)
-        print("\n".join(peers(name)), flush=True)
+        for line in peers(name):
+            print(line, flush=True)
 
 
 if __name__ == "__main__":

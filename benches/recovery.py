@@ -5,10 +5,10 @@ from the front and from behind. Its optical parameters are looked for twice from
 yarns share: first all but the tints and r, then all. Printed for each: the hidden value, what was
 found, how far off that is, its standard error, and which other parameters it trades with.
 
-Why tints and r are given the first time: over a ribbon, k_y^S and sigma_t change only how much
-passes; r and the colours k_x^B and k_y are seen as products alone, but for slight differences in
-how they change with the angle. So two pictures tell them much worse than all else. What is told to
-2.5% should be within 5%. Takes about half an hour on 2 cores, and 8 GB.
+Why tints and r are given the first time: k_y^S and sigma_t both scale what passes a ply; r and the
+colours k_x^B and k_y are seen as products alone, but for slight differences in how they change with
+the angle. So two pictures tell them much worse than all else. What is told to 2.5% should be within
+5%. Takes about half an hour on 2 cores, and 10 GB.
 """
 
 import argparse
