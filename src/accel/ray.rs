@@ -2,6 +2,8 @@
 
 use glam::DVec3;
 
+use crate::math::extremes::{greater, lesser};
+
 /// A half line; `direction` has unit length.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ray {
@@ -27,9 +29,9 @@ impl Ray {
     /// One over each component of the direction, kept finite: zero times it is zero.
     #[inline]
     pub fn inverse(&self) -> DVec3 {
-        self.direction.map(|d| if d.abs() < LEAST { d.signum() / LEAST } else { d.recip() })
+        self.direction.map(|d| greater(lesser(d.recip(), GREATEST), -GREATEST))
     }
 }
 
-/// Components of a direction below this count as this: its inverse is finite in single precision.
-const LEAST: f64 = 1e-20;
+/// The inverse of a component of a direction is at most this: finite in single precision.
+const GREATEST: f64 = 1e20;

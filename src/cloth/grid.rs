@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use crate::accel::ray::Ray;
+use crate::math::extremes::{greater, lesser};
 
 /// The edges of the blocks along one axis, over one tile that repeats without end.
 #[derive(Debug, Clone, PartialEq)]
@@ -52,14 +53,16 @@ impl Axis {
     fn locate(&self, position: f64) -> Cell {
         let tile = floor(position * self.density[0]);
         let within = position - tile * self.period();
+        let guess = (within * self.density[1]) as u32 as usize;
+        let hit = self.edges.get(guess..guess + 2).is_some_and(|e| e[0] <= within && within < e[1]);
+        Cell { index: if hit { guess } else { self.search(within) }, tile }
+    }
+
+    /// The block at a place of the tile, where blocks differ in length.
+    #[cold]
+    fn search(&self, within: f64) -> usize {
         let last = self.len() - 1;
-        let guess = ((within * self.density[1]) as usize).min(last);
-        let index = if self.edges[guess] <= within && within < self.edges[guess + 1] {
-            guess
-        } else {
-            (self.edges.partition_point(|&edge| edge <= within).max(1) - 1).min(last)
-        };
-        Cell { index, tile }
+        (self.edges.partition_point(|&edge| edge <= within).max(1) - 1).min(last)
     }
 
     #[inline]
@@ -99,8 +102,10 @@ pub struct Visit {
 /// The largest whole number up to `x`: `f64::floor` is a call where processors of old must be served.
 #[inline]
 fn floor(x: f64) -> f64 {
-    let toward_zero = x as i64 as f64;
-    toward_zero - f64::from(u8::from(toward_zero > x))
+    // Where a unit is the last place, adding rounds to the nearest whole number.
+    const WHOLE: f64 = 1.5 * (1u64 << 52) as f64;
+    let nearest = (x + WHOLE) - WHOLE;
+    if nearest > x { nearest - 1.0 } else { nearest }
 }
 
 /// Calls `visit` for the blocks whose footprints the ray crosses from its origin to `t_max`, in order,
@@ -125,7 +130,7 @@ pub fn walk<R>(
         };
         let crossings = [leave(0), leave(1)];
         let axis = usize::from(crossings[1] < crossings[0]);
-        let t_leave = crossings[axis].max(t).min(t_max);
+        let t_leave = lesser(greater(crossings[axis], t), t_max);
         let found = visit(Visit {
             block: [cells[0].index, cells[1].index],
             corner: [axes[0].low(cells[0]), axes[1].low(cells[1])],
@@ -152,6 +157,13 @@ mod tests {
         });
         assert!(nothing.is_none());
         all
+    }
+
+    #[test]
+    fn floor_is_that_of_the_standard_library() {
+        for x in [0.0, 0.5, 1.0, 2.999999999999999, -0.5, -1.0, -1e-300, 1e9 + 0.25, -1e9 - 0.25] {
+            assert_eq!(floor(x), x.floor(), "{x}");
+        }
     }
 
     /// Points along the ray lie in the footprint of the block that the walk says.

@@ -17,6 +17,7 @@ use super::yarn_path::YarnSet;
 use crate::accel::ray::Ray;
 use crate::control::Control;
 use crate::error::Result;
+use crate::math::extremes::{greater, greater3, lesser, lesser3};
 use crate::weave::relax::relax;
 
 /// A surface closer than this part of the mean spacing is the one a ray starts from.
@@ -109,7 +110,7 @@ impl Swatch {
             let (plan, corner) = self.visited(&visit);
             let (t_enter, t_leave) = (visit.t_enter - self.t_min, visit.t_leave + self.t_min);
             let local = ray.shifted(corner);
-            let hit = self.block(plan).nearest(&local, inverse, t_enter.max(t_min), t_leave);
+            let hit = self.block(plan).nearest(&local, inverse, greater(t_enter, t_min), t_leave);
             hit.map(|(piece, t)| (visit, piece, t))
         })?;
         let (plan, corner) = self.visited(&visit);
@@ -136,7 +137,7 @@ impl Swatch {
         let found = walk(&self.axes, &ray, inverse, t_max, |visit| {
             let (plan, corner) = self.visited(&visit);
             let (t_enter, t_leave) = (visit.t_enter - self.t_min, visit.t_leave + self.t_min);
-            let (t_enter, t_leave) = (t_enter.max(t_min), t_leave.min(t_max));
+            let (t_enter, t_leave) = (greater(t_enter, t_min), lesser(t_leave, t_max));
             self.block(plan).any(&ray.shifted(corner), inverse, t_enter, t_leave).then_some(())
         });
         found.is_some()
@@ -161,8 +162,9 @@ impl Swatch {
         let [width, height] = self.size;
         let low = (DVec3::new(0.0, -height, self.heights[0]) - ray.origin) * inverse;
         let high = (DVec3::new(width, 0.0, self.heights[1]) - ray.origin) * inverse;
-        let start = low.min(high).max_element().max(0.0);
-        let end = low.max(high).min_element().min(t_max);
+        let (enter, leave) = (lesser3(low, high), greater3(low, high));
+        let start = greater(greater(enter.x, enter.y), greater(enter.z, 0.0));
+        let end = lesser(lesser(leave.x, leave.y), lesser(leave.z, t_max));
         (start < end).then(|| Clipped {
             ray: Ray { origin: ray.at(start), ..ray },
             inverse,

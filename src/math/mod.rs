@@ -2,5 +2,6 @@
 
 pub mod color;
 pub mod dual;
+pub mod extremes;
 pub mod frame;
 pub mod rng;
