@@ -77,8 +77,8 @@ impl Bilinear {
         let ahead = (self.end.left - point).dot(self.end.tangent);
         let v = (behind / (behind + ahead)).clamp(0.0, 1.0);
         let normal = self.start.normal.lerp(self.end.normal, v).normalize();
-        let tangent = self.start.tangent.lerp(self.end.tangent, v).normalize();
-        (normal, tangent)
+        let tangent = self.start.tangent.lerp(self.end.tangent, v);
+        (normal, tangent.reject_from_normalized(normal).normalize())
     }
 }
 

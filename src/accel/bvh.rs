@@ -3,12 +3,13 @@
 
 use std::iter;
 
-use glam::{DVec3, Vec4};
+use glam::DVec3;
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::builder::build_bvh2;
 use obvhs::{Boundable, BvhBuildParams};
 use smallvec::SmallVec;
+use wide::f32x16;
 
 use super::bounds::Bounds;
 use super::ray::Ray;
@@ -16,10 +17,8 @@ use super::ray::Ray;
 /// Boxes grow by this fraction of the whole, so that single precision never loses a hit.
 const RELATIVE_PADDING: f64 = 1e-5;
 
-/// Children of a node, as many as fit into [`GROUPS`] vectors. Branches that the processor cannot
-/// foresee cost more than boxes tested in vain.
-const WIDTH: usize = 4 * GROUPS;
-const GROUPS: usize = 4;
+/// Children of a node. Branches that the processor cannot foresee cost more than boxes tested in vain.
+const WIDTH: usize = 16;
 
 struct Padded(Aabb);
 
@@ -33,15 +32,37 @@ impl Boundable for Padded {
 #[derive(Debug, Clone)]
 struct Node {
     /// Lower and upper x, lower and upper y, lower and upper z.
-    planes: [[Vec4; GROUPS]; 6],
+    planes: [f32x16; 6],
     /// What is in each: the number of a node, or of what was put into the hierarchy.
     children: [u32; WIDTH],
     /// A bit for each child that is no node.
     leaves: u32,
 }
 
-/// Children that a ray has still to look at, and where it enters them.
-type Pending = SmallVec<[(f32, u32); 64]>;
+/// Children that a ray has still to look at.
+type Pending = SmallVec<[Met; 64]>;
+
+/// A node that a ray meets. The distance at which it does, which is not negative, makes up the upper
+/// bits, so that the nearer is the lesser: then the processor needs no branch to tell which is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Met(u64);
+
+impl Met {
+    #[inline]
+    fn new(entry: f32, node: u32) -> Self {
+        Self(u64::from(entry.to_bits()) << 32 | u64::from(node))
+    }
+
+    #[inline]
+    fn entry(self) -> f32 {
+        f32::from_bits((self.0 >> 32) as u32)
+    }
+
+    #[inline]
+    fn node(self) -> usize {
+        self.0 as u32 as usize
+    }
+}
 
 /// A hierarchy over numbered boxes.
 #[derive(Debug, Clone)]
@@ -70,7 +91,8 @@ impl Bvh {
     /// The nearest hit with `t` in (`t_min`, `t_max`): the box's number and `t`. `inverse` is that of
     /// the ray's direction.
     ///
-    /// `intersect(number, t_max)` answers the distance to what is in a box if below `t_max`.
+    /// `intersect(numbers, t_max)` looks at what is in two boxes (or in one, given twice) at once; it
+    /// answers which is hit first, and where, if below `t_max`.
     #[inline]
     pub fn nearest(
         &self,
@@ -78,20 +100,21 @@ impl Bvh {
         inverse: DVec3,
         t_min: f64,
         t_max: f64,
-        mut intersect: impl FnMut(u32, f64) -> Option<f64>,
+        mut intersect: impl FnMut([u32; 2], f64) -> Option<(u32, f64)>,
     ) -> Option<(u32, f64)> {
         let mut best = None;
         let mut nearest = t_max;
-        self.traverse(&SingleRay::new(ray, inverse, t_min, t_max), |number| {
-            let t = intersect(number, nearest)?;
-            nearest = t;
-            best = Some((number, t));
-            Some(round_up(t - t_min))
+        self.traverse(&SingleRay::new(ray, inverse, t_min, t_max), |numbers| {
+            let hit = intersect(numbers, nearest)?;
+            nearest = hit.1;
+            best = Some(hit);
+            Some(round_up(nearest - t_min))
         });
         best
     }
 
-    /// Whether anything is hit with `t` in (`t_min`, `t_max`).
+    /// Whether anything is hit with `t` in (`t_min`, `t_max`); `intersect` is asked as by
+    /// [`Bvh::nearest`].
     #[inline]
     pub fn any(
         &self,
@@ -99,19 +122,20 @@ impl Bvh {
         inverse: DVec3,
         t_min: f64,
         t_max: f64,
-        mut intersect: impl FnMut(u32) -> bool,
+        mut intersect: impl FnMut([u32; 2]) -> bool,
     ) -> bool {
         let mut found = false;
-        self.traverse(&SingleRay::new(ray, inverse, t_min, t_max), |number| {
-            found = intersect(number);
+        self.traverse(&SingleRay::new(ray, inverse, t_min, t_max), |numbers| {
+            found = intersect(numbers);
             found.then_some(f32::NEG_INFINITY)
         });
         found
     }
 
-    /// Visits the boxes that the ray meets, nearer nodes first; `visit` may bring its end nearer.
+    /// Visits the boxes that the ray meets by twos, nearer nodes first; `visit` may bring its end
+    /// nearer.
     #[inline]
-    fn traverse(&self, ray: &SingleRay, mut visit: impl FnMut(u32) -> Option<f32>) {
+    fn traverse(&self, ray: &SingleRay, mut visit: impl FnMut([u32; 2]) -> Option<f32>) {
         if self.0.is_empty() {
             return;
         }
@@ -119,19 +143,19 @@ impl Bvh {
         let mut pending = Pending::new();
         let mut current = 0;
         loop {
-            let node: &Node = &self.0[current as usize];
+            let node = &self.0[current];
             let (entry, hits) = node.intersect(ray, t_max);
-            for child in bits(hits & node.leaves) {
-                if entry[child] <= t_max {
-                    t_max = visit(node.children[child]).unwrap_or(t_max);
+            for [first, second] in pairs(hits & node.leaves) {
+                if (entry[first] <= t_max) | (entry[second] <= t_max) {
+                    let numbers = [node.children[first], node.children[second]];
+                    t_max = visit(numbers).unwrap_or(t_max);
                 }
             }
             let nearest = node.nearest(&entry, hits & !node.leaves, &mut pending);
-            let next = nearest.or_else(|| {
-                iter::from_fn(|| pending.pop()).find(|&(t, _)| t <= t_max).map(|(_, child)| child)
-            });
+            let next = nearest
+                .or_else(|| iter::from_fn(|| pending.pop()).find(|met| met.entry() <= t_max));
             let Some(next) = next else { return };
-            current = next;
+            current = next.node();
         }
     }
 }
@@ -140,31 +164,24 @@ impl Node {
     /// Where the ray enters each box, and a bit for each that it meets before `t_max`.
     #[inline]
     fn intersect(&self, ray: &SingleRay, t_max: f32) -> ([f32; WIDTH], u32) {
-        let (mut entry, mut hits) = ([0.0; WIDTH], 0);
-        for group in 0..GROUPS {
-            let (mut enter, mut leave) = (Vec4::ZERO, Vec4::splat(t_max));
-            for axis in 0..3 {
-                let near = ray.near[axis];
-                let (origin, inverse) = (ray.origin[axis], ray.inverse[axis]);
-                enter = enter.max((self.planes[near][group] - origin) * inverse);
-                leave = leave.min((self.planes[near ^ 1][group] - origin) * inverse);
-            }
-            enter.write_to_slice(&mut entry[4 * group..]);
-            hits |= enter.cmple(leave).bitmask() << (4 * group);
+        let (mut enter, mut leave) = (f32x16::ZERO, f32x16::splat(t_max));
+        for axis in 0..3 {
+            let near = ray.near[axis];
+            let (origin, inverse) = (ray.origin[axis], ray.inverse[axis]);
+            enter = enter.fast_max((self.planes[near] - origin) * inverse);
+            leave = leave.fast_min((self.planes[near ^ 1] - origin) * inverse);
         }
-        (entry, hits)
+        (enter.to_array(), enter.simd_le(leave).to_bitmask())
     }
 
     /// That of the children `hits` which the ray enters first; the others become pending.
     #[inline]
-    fn nearest(&self, entry: &[f32; WIDTH], hits: u32, pending: &mut Pending) -> Option<u32> {
-        let met = bits(hits).map(|child| (entry[child], self.children[child]));
-        let nearest = met.reduce(|best, met| {
-            let (near, far) = if met.0 < best.0 { (met, best) } else { (best, met) };
-            pending.push(far);
-            near
-        });
-        nearest.map(|(_, child)| child)
+    fn nearest(&self, entry: &[f32; WIDTH], hits: u32, pending: &mut Pending) -> Option<Met> {
+        let met = bits(hits).map(|child| Met::new(entry[child], self.children[child]));
+        met.reduce(|nearest, met| {
+            pending.push(nearest.max(met));
+            nearest.min(met)
+        })
     }
 }
 
@@ -178,6 +195,16 @@ fn bits(mut mask: u32) -> impl Iterator<Item = usize> {
     })
 }
 
+/// The places of the bits that are set, by twos; the last is given twice if it has no other.
+#[inline]
+fn pairs(mask: u32) -> impl Iterator<Item = [usize; 2]> {
+    let mut places = bits(mask);
+    iter::from_fn(move || {
+        let first = places.next()?;
+        Some([first, places.next().unwrap_or(first)])
+    })
+}
+
 /// Adds a node over at most [`WIDTH`] nodes of the binary hierarchy that make up node `root`, and all
 /// below it; answers its number.
 fn merge(
@@ -188,17 +215,16 @@ fn merge(
 ) -> u32 {
     let held = opened(binary, root);
     let nothing = [f32::INFINITY, f32::NEG_INFINITY];
-    let mut planes = [0, 1, 2, 3, 4, 5].map(|plane| [[nothing[plane % 2]; 4]; GROUPS]);
+    let mut planes = [0, 1, 2, 3, 4, 5].map(|plane| [nothing[plane % 2]; WIDTH]);
     for (child, &slot) in held.iter().enumerate() {
         let Aabb { min, max } = *binary.nodes[slot].aabb();
         for axis in 0..3 {
-            planes[2 * axis][child / 4][child % 4] = min[axis];
-            planes[2 * axis + 1][child / 4][child % 4] = max[axis];
+            planes[2 * axis][child] = min[axis];
+            planes[2 * axis + 1][child] = max[axis];
         }
     }
     let number = nodes.len();
-    let planes = planes.map(|groups| groups.map(Vec4::from));
-    nodes.push(Node { planes, children: [0; WIDTH], leaves: 0 });
+    nodes.push(Node { planes: planes.map(f32x16::from), children: [0; WIDTH], leaves: 0 });
     for (child, slot) in held.into_iter().enumerate() {
         let node = &binary.nodes[slot];
         nodes[number].children[child] = if node.is_leaf() {
@@ -230,8 +256,8 @@ fn opened(binary: &Bvh2, root: usize) -> Vec<usize> {
 /// A ray in single precision. It starts as near to where it may hit as can be: far from its origin
 /// a ray in single precision goes astray by more than the padding.
 struct SingleRay {
-    origin: [Vec4; 3],
-    inverse: [Vec4; 3],
+    origin: [f32x16; 3],
+    inverse: [f32x16; 3],
     /// Which plane of each axis the ray meets first.
     near: [usize; 3],
     t_max: f32,
@@ -243,7 +269,7 @@ impl SingleRay {
         let inverse = inverse.as_vec3().to_array();
         let near = [0, 1, 2].map(|axis| 2 * axis + usize::from(inverse[axis] < 0.0));
         let origin = ray.at(t_min).as_vec3().to_array();
-        let [origin, inverse] = [origin, inverse].map(|v| v.map(Vec4::splat));
+        let [origin, inverse] = [origin, inverse].map(|v| v.map(f32x16::splat));
         Self { origin, inverse, near, t_max: round_up(t_max - t_min) }
     }
 }
@@ -299,11 +325,14 @@ mod tests {
                 let t_max = 3.0 * sampler.next_1d();
                 let met = |i: u32| enter(&ray, &number(i)).filter(|&t| t < t_max);
                 let expected = (1..=count).filter_map(met).min_by(f64::total_cmp);
-                let found = bvh.nearest(&ray, ray.inverse(), 0.0, t_max, |i, t_max| {
-                    met(i).filter(|&t| t < t_max)
+                let found = bvh.nearest(&ray, ray.inverse(), 0.0, t_max, |numbers, t_max| {
+                    let hits = numbers.map(|i| (i, met(i).unwrap_or(f64::INFINITY)));
+                    hits.into_iter().filter(|hit| hit.1 < t_max).min_by(|a, b| a.1.total_cmp(&b.1))
                 });
                 assert_eq!(found.map(|(_, t)| t), expected, "{count} boxes, ray {i}");
-                let any = bvh.any(&ray, ray.inverse(), 0.0, t_max, |i| met(i).is_some());
+                let any = bvh.any(&ray, ray.inverse(), 0.0, t_max, |numbers| {
+                    numbers.iter().any(|&i| met(i).is_some())
+                });
                 assert_eq!(any, expected.is_some(), "{count} boxes, ray {i}");
             }
         }

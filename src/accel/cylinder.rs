@@ -3,10 +3,14 @@
 //! Neighbouring segments share their cutting plane, which is perpendicular to the average of their
 //! directions: both cylinders meet it in the same ellipse, so a ply has no cracks.
 
+use std::ops::{Mul, Sub};
+
 use glam::DVec3;
 
 use super::bounds::Bounds;
+use super::cylinder_pair::{RayTwice, enter_either};
 use super::ray::Ray;
+use crate::math::extremes::{greater, lesser};
 
 /// A joint of a ply: a point of its centre line and the unit normal of the cutting plane there,
 /// which points along the ply.
@@ -29,14 +33,14 @@ impl Joint {
 /// The piece of a ply between two joints.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Cylinder {
-    start: Joint,
-    end: Joint,
-    radius: f64,
+    pub(super) start: Joint,
+    pub(super) end: Joint,
+    pub(super) radius: f64,
 }
 
 /// A hit on a cylinder may overstep its joints by this much (relative to the radius), since
 /// rounding must not open a crack between two segments; both then answer the same point.
-const OVERSTEP: f64 = 1e-9;
+pub(super) const OVERSTEP: f64 = 1e-9;
 
 impl Cylinder {
     /// The segment between two joints that do not coincide.
@@ -66,41 +70,21 @@ impl Cylinder {
         ellipse(&self.start).union(ellipse(&self.end))
     }
 
-    /// Coefficients of |o + t d|^2 = r^2 perpendicular to the axis: t^2 a + 2 t b + c = 0, all times
-    /// the squared length of the axis.
-    #[inline]
-    fn quadratic(&self, ray: &Ray) -> (f64, f64, f64) {
-        let (axis, offset) = (self.axis(), ray.origin - self.start.point);
-        let length2 = axis.length_squared();
-        let (along, offset_along) = (ray.direction.dot(axis), offset.dot(axis));
-        let a = length2 - along * along;
-        let b = length2 * ray.direction.dot(offset) - along * offset_along;
-        let c = length2 * (offset.length_squared() - self.radius * self.radius)
-            - offset_along * offset_along;
-        (a, b, c)
-    }
-
     /// The distance at which the ray enters from outside, if in (`t_min`, `t_max`).
-    #[inline]
     pub fn enter(&self, ray: &Ray, t_min: f64, t_max: f64) -> Option<f64> {
-        let (a, b, c) = self.quadratic(ray);
-        // c / (-b + sqrt(..)) rather than (-b - sqrt(..)) / a: no cancellation near the surface.
-        let t = c / ((b * b - a * c).sqrt() - b);
-        let point = ray.at(t);
-        let overstep = OVERSTEP * self.radius;
-        // One branch for all conditions, since each alone is a toss-up. The NaN of a miss fails.
-        let hit = (b < 0.0)
-            & (t > t_min)
-            & (t < t_max)
-            & (self.start.beyond(point) >= -overstep)
-            & (self.end.beyond(point) <= overstep);
-        hit.then_some(t)
+        enter_either(self, self, &RayTwice::new(ray), t_min, t_max).map(|(_, t)| t)
     }
 
     /// Where the ray, inside the ply, leaves this segment at or after `t`.
     #[inline]
     pub fn leave(&self, ray: &Ray, t: f64) -> Leave {
-        let (a, b, c) = self.quadratic(ray);
+        let (axis, offset) = (self.axis(), ray.origin - self.start.point);
+        let (a, b, c) = quadratic(
+            axis.length_squared(),
+            [ray.direction.dot(axis), offset.dot(axis)],
+            ray.direction.dot(offset),
+            offset.length_squared() - self.radius * self.radius,
+        );
         let root = (b * b - a * c).max(0.0).sqrt();
         let wall = if a > 0.0 { ((root - b) / a).max(t) } else { f64::INFINITY };
         let crossing = |joint: &Joint| -joint.beyond(ray.origin) / ray.direction.dot(joint.tangent);
@@ -124,13 +108,34 @@ impl Cylinder {
     #[inline]
     pub fn shading(&self, point: DVec3) -> (DVec3, DVec3) {
         let axis = self.axis();
-        let behind = self.start.beyond(point) / axis.dot(self.start.tangent);
-        let ahead = -self.end.beyond(point) / axis.dot(self.end.tangent);
-        let fraction = (behind / (behind + ahead)).clamp(0.0, 1.0);
-        let tangent = self.start.tangent.lerp(self.end.tangent, fraction).normalize();
-        let radial = (point - self.start.point).reject_from(axis);
-        (radial.reject_from_normalized(tangent).normalize(), tangent)
+        let behind = self.start.beyond(point) * axis.dot(self.end.tangent);
+        let ahead = -self.end.beyond(point) * axis.dot(self.start.tangent);
+        let fraction = greater(lesser(behind / (behind + ahead), 1.0), 0.0);
+        let tangent = self.start.tangent + fraction * (self.end.tangent - self.start.tangent);
+        let radial = away_from(axis, point - self.start.point);
+        (away_from(tangent, radial).normalize(), tangent.normalize())
     }
+}
+
+/// Coefficients of |o + t d|^2 = r^2 perpendicular to an axis: t^2 a + 2 t b + c = 0, all times the
+/// squared length of the axis; d and o times the axis are given, d o, and o^2 - r^2.
+#[inline]
+pub(super) fn quadratic<T: Copy + Mul<Output = T> + Sub<Output = T>>(
+    length2: T,
+    [along, offset_along]: [T; 2],
+    slope: T,
+    power: T,
+) -> (T, T, T) {
+    let a = length2 - along * along;
+    let b = length2 * slope - along * offset_along;
+    let c = length2 * power - offset_along * offset_along;
+    (a, b, c)
+}
+
+/// The part of `v` perpendicular to `axis`, times the squared length of `axis`.
+#[inline]
+fn away_from(axis: DVec3, v: DVec3) -> DVec3 {
+    axis.length_squared() * v - axis.dot(v) * axis
 }
 
 /// How a ray leaves a segment from inside, and at which distance.

@@ -4,4 +4,5 @@ pub mod bilinear;
 pub mod bounds;
 pub mod bvh;
 pub mod cylinder;
+pub mod cylinder_pair;
 pub mod ray;

@@ -10,6 +10,7 @@ use crate::accel::bilinear::{Bilinear, Edge};
 use crate::accel::bounds::Bounds;
 use crate::accel::bvh::Bvh;
 use crate::accel::cylinder::{Cylinder, Joint, Leave};
+use crate::accel::cylinder_pair::{RayTwice, enter_either};
 use crate::accel::ray::Ray;
 
 /// Everything that the geometry of a block depends on, in the block's own coordinates: its corner
@@ -136,7 +137,8 @@ impl Block {
         t_min: f64,
         t_max: f64,
     ) -> Option<(Piece, f64)> {
-        let enter = |piece, t_max| self.enter(Piece(piece), ray, t_min, t_max);
+        let twice = RayTwice::new(ray);
+        let enter = |pieces, t_max| self.enter(pieces, ray, &twice, t_min, t_max);
         let hit = self.bvh.nearest(ray, inverse, t_min, t_max, enter);
         hit.map(|(piece, t)| (Piece(piece), t))
     }
@@ -144,12 +146,54 @@ impl Block {
     /// Whether the ray enters any surface within (`t_min`, `t_max`).
     #[inline]
     pub fn any(&self, ray: &Ray, inverse: DVec3, t_min: f64, t_max: f64) -> bool {
-        let enters = |piece| self.enter(Piece(piece), ray, t_min, t_max).is_some();
+        let twice = RayTwice::new(ray);
+        let enters = |pieces| self.enter(pieces, ray, &twice, t_min, t_max).is_some();
         self.bvh.any(ray, inverse, t_min, t_max, enters)
     }
 
+    /// Which of two pieces the ray enters first, and where.
     #[inline]
-    fn enter(&self, piece: Piece, ray: &Ray, t_min: f64, t_max: f64) -> Option<f64> {
+    fn enter(
+        &self,
+        pieces: [u32; 2],
+        ray: &Ray,
+        twice: &RayTwice,
+        t_min: f64,
+        t_max: f64,
+    ) -> Option<(u32, f64)> {
+        let [a, b] = pieces.map(Piece);
+        match [a, b].map(|piece| &self.cuts[piece.set()]) {
+            [Cuts::Joints(joints, radius), Cuts::Joints(others, other_radius)] => {
+                let a = cylinder(joints, *radius, a.cut());
+                let b = cylinder(others, *other_radius, b.cut());
+                let (which, t) = enter_either(&a, &b, twice, t_min, t_max)?;
+                Some((pieces[which], t))
+            }
+            _ => self.enter_in_turn(pieces, ray, t_min, t_max),
+        }
+    }
+
+    /// The same, where not both are of round plies: one after the other.
+    // Not inlined: it would make the loop over round plies slower.
+    #[inline(never)]
+    fn enter_in_turn(
+        &self,
+        [a, b]: [u32; 2],
+        ray: &Ray,
+        t_min: f64,
+        t_max: f64,
+    ) -> Option<(u32, f64)> {
+        let first = self.enter_one(Piece(a), ray, t_min, t_max).map(|t| (a, t));
+        if a == b {
+            return first;
+        }
+        let t_max = first.map_or(t_max, |(_, t)| t);
+        self.enter_one(Piece(b), ray, t_min, t_max).map(|t| (b, t)).or(first)
+    }
+
+    /// Where the ray enters a piece.
+    #[inline]
+    fn enter_one(&self, piece: Piece, ray: &Ray, t_min: f64, t_max: f64) -> Option<f64> {
         match &self.cuts[piece.set()] {
             Cuts::Joints(joints, radius) => {
                 cylinder(joints, *radius, piece.cut()).enter(ray, t_min, t_max)

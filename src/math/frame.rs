@@ -18,6 +18,12 @@ impl Frame {
         Self(DMat3::from_cols(y.cross(normal), y, normal))
     }
 
+    /// The frame with the given unit normal and the unit tangent perpendicular to it.
+    #[inline]
+    pub fn orthonormal(normal: DVec3, tangent: DVec3) -> Self {
+        Self(DMat3::from_cols(tangent, normal.cross(tangent), normal))
+    }
+
     /// The unit normal.
     #[inline]
     pub fn normal(&self) -> DVec3 {
@@ -55,6 +61,15 @@ mod tests {
         assert!(
             (frame.tangent().cross(frame.to_world(DVec3::Y)) - frame.normal()).length() < 1e-15
         );
+    }
+
+    #[test]
+    fn a_perpendicular_tangent_needs_no_more() {
+        let (normal, tangent) = (DVec3::new(0.6, 0.0, 0.8), DVec3::new(0.8, 0.0, -0.6));
+        let (made, given) = (Frame::new(normal, tangent), Frame::orthonormal(normal, tangent));
+        for axis in [DVec3::X, DVec3::Y, DVec3::Z] {
+            assert!((made.to_world(axis) - given.to_world(axis)).length() < 1e-15);
+        }
     }
 
     #[test]

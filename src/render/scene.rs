@@ -133,7 +133,7 @@ impl Scene {
 fn frame_facing(direction: DVec3, normal: DVec3, tangent: DVec3) -> Frame {
     let cosine = direction.dot(normal);
     if cosine >= LEAST_COSINE {
-        return Frame::new(normal, tangent);
+        return Frame::orthonormal(normal, tangent);
     }
     let turned = normal + (2.0 * LEAST_COSINE - cosine) * direction;
     Frame::new(turned.normalize(), tangent)
