@@ -12,7 +12,7 @@ install: .venv/installed
 	$(BIN)/python -m pip install --quiet --upgrade pip 'maturin>=1.9,<2'
 	touch $@
 
-SOURCES := Cargo.toml Cargo.lock $(shell find src -name '*.rs') pyproject.toml
+SOURCES := .cargo/config.toml Cargo.toml Cargo.lock $(shell find src -name '*.rs') pyproject.toml
 .venv/installed: .venv/ready $(SOURCES)
 	$(BIN)/python -m pip install --quiet --editable '.[dev]'
 	touch $@

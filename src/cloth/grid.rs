@@ -51,7 +51,7 @@ impl Axis {
 
     #[inline]
     fn locate(&self, position: f64) -> Cell {
-        let tile = floor(position * self.density[0]);
+        let tile = (position * self.density[0]).floor();
         let within = position - tile * self.period();
         let guess = (within * self.density[1]) as u32 as usize;
         let hit = self.edges.get(guess..guess + 2).is_some_and(|e| e[0] <= within && within < e[1]);
@@ -97,15 +97,6 @@ pub struct Visit {
     pub t_enter: f64,
     /// Where the ray leaves it.
     pub t_leave: f64,
-}
-
-/// The largest whole number up to `x`: `f64::floor` is a call where processors of old must be served.
-#[inline]
-fn floor(x: f64) -> f64 {
-    // Where a unit is the last place, adding rounds to the nearest whole number.
-    const WHOLE: f64 = 1.5 * (1u64 << 52) as f64;
-    let nearest = (x + WHOLE) - WHOLE;
-    if nearest > x { nearest - 1.0 } else { nearest }
 }
 
 /// Calls `visit` for the blocks whose footprints the ray crosses from its origin to `t_max`, in order,
@@ -157,13 +148,6 @@ mod tests {
         });
         assert!(nothing.is_none());
         all
-    }
-
-    #[test]
-    fn floor_is_that_of_the_standard_library() {
-        for x in [0.0, 0.5, 1.0, 2.999999999999999, -0.5, -1.0, -1e-300, 1e9 + 0.25, -1e9 - 0.25] {
-            assert_eq!(floor(x), x.floor(), "{x}");
-        }
     }
 
     /// Points along the ray lie in the footprint of the block that the walk says.
