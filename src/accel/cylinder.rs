@@ -117,18 +117,19 @@ impl Cylinder {
     }
 }
 
-/// Coefficients of |o + t d|^2 = r^2 perpendicular to an axis: t^2 a + 2 t b + c = 0, all times the
-/// squared length of the axis; d and o times the axis are given, d o, and o^2 - r^2.
+/// Where a ray o + t d meets an infinite cylinder about an axis: the coefficients of
+/// t^2 a + 2 t b + c = 0, all times the squared length of the axis. What it takes are that squared
+/// length, the dot products of d and o with the axis, that of d and o, and o^2 - r^2.
 #[inline]
 pub(super) fn quadratic<T: Copy + Mul<Output = T> + Sub<Output = T>>(
     length2: T,
     [along, offset_along]: [T; 2],
-    slope: T,
-    power: T,
+    approach: T,
+    excess: T,
 ) -> (T, T, T) {
     let a = length2 - along * along;
-    let b = length2 * slope - along * offset_along;
-    let c = length2 * power - offset_along * offset_along;
+    let b = length2 * approach - along * offset_along;
+    let c = length2 * excess - offset_along * offset_along;
     (a, b, c)
 }
 

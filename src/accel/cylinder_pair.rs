@@ -1,5 +1,5 @@
-//! Two segments of round plies at a time: most of the time of a picture goes into asking which is
-//! entered first.
+//! Two segments of round plies at a time, side by side in vectors: where rays enter plies is what
+//! pictures spend most arithmetic on.
 
 use std::array;
 
@@ -68,6 +68,7 @@ pub fn enter_either(
     Some((usize::from(second < first), lesser(first, second)))
 }
 
+/// Two vectors, component by component.
 #[inline]
 fn both(a: DVec3, b: DVec3) -> Both {
     array::from_fn(|axis| f64x2::new([a[axis], b[axis]]))
