@@ -8,7 +8,6 @@ use std::ops::{Mul, Sub};
 use glam::DVec3;
 
 use super::bounds::Bounds;
-use super::cylinder_pair::{RayTwice, enter_either};
 use super::ray::Ray;
 use crate::math::extremes::{greater, lesser};
 
@@ -68,11 +67,6 @@ impl Cylinder {
             Bounds { min: joint.point - reach, max: joint.point + reach }
         };
         ellipse(&self.start).union(ellipse(&self.end))
-    }
-
-    /// The distance at which the ray enters from outside, if in (`t_min`, `t_max`).
-    pub fn enter(&self, ray: &Ray, t_min: f64, t_max: f64) -> Option<f64> {
-        enter_either(self, self, &RayTwice::new(ray), t_min, t_max).map(|(_, t)| t)
     }
 
     /// Where the ray, inside the ply, leaves this segment at or after `t`.
