@@ -6,6 +6,7 @@ use common::chi2::{check, sphere_integral};
 use common::parameters;
 use common::rays::direction;
 use glam::DVec3;
+use plycloth::math::color::Rgb;
 use plycloth::math::dual::constant;
 use plycloth::math::rng::Sampler;
 use plycloth::sampling::warp::{square_to_cosine_hemisphere, square_to_cosine_hemisphere_pdf};
@@ -15,7 +16,7 @@ use plycloth::scatter::ggx::Ggx;
 use plycloth::scatter::ply::{Choice, Crossing, Passage, PlyBsdf, PlyParameters};
 
 /// Chi-square tests in this file, for the common significance.
-const TESTS: usize = 120;
+const TESTS: usize = 160;
 
 const WIDTHS: [[f64; 2]; 3] = [[0.2, 0.3], [0.15, 0.6], [1.0, 1.0]];
 
@@ -214,10 +215,20 @@ fn plies() -> [PlyBsdf; 3] {
 
 /// A passage that comes out a little askew.
 fn passage(bsdf: &PlyBsdf, wo: DVec3) -> (Passage, Crossing) {
-    let refracted = bsdf.sample_refracted(wo, None, [0.3, 0.6]).unwrap();
+    passage_with(bsdf, wo, [true; 2], 0.0)
+}
+
+/// The same, perhaps from or into a ply that touches, and with a floor under the lobes.
+fn passage_with(
+    bsdf: &PlyBsdf,
+    wo: DVec3,
+    interfaces: [bool; 2],
+    floor: f64,
+) -> (Passage, Crossing) {
+    let refracted = bsdf.sample_refracted(wo, None, 0.0, [0.3, 0.6]).unwrap();
     let incident = (DVec3::new(0.2, -0.4, 0.0) - refracted.0).normalize();
-    let passage = bsdf.sample_passage(refracted, incident, 0.4, [0.7, 0.2]);
-    (passage, bsdf.crossing(wo, Some(passage)))
+    let passage = bsdf.sample_passage(interfaces, refracted, incident, 0.4, [0.7, 0.2]);
+    (passage, bsdf.crossing(wo, Some(passage), floor))
 }
 
 #[test]
@@ -225,10 +236,12 @@ fn refracted_directions_have_their_density_with_a_lamp_beyond() {
     let lamp = DVec3::new(0.3, -0.5, -1.0).normalize();
     for bsdf in plies() {
         for wo in views() {
-            let sample = |i| bsdf.sample_refracted(wo, Some(lamp), random(i).next_2d());
-            let name = format!("refracted {:?} {wo}", bsdf.parameters());
-            let pdf = |refracted| bsdf.refracted_pdf(wo, Some(lamp), refracted);
-            check(&name, TESTS, pdf, |i| sample(i).map(|(refracted, _)| refracted));
+            for (lamp, floor) in [(Some(lamp), 0.0), (Some(lamp), 0.1), (None, 0.1)] {
+                let sample = |i| bsdf.sample_refracted(wo, lamp, floor, random(i).next_2d());
+                let name = format!("refracted {:?} {wo} {floor}", bsdf.parameters());
+                let pdf = |refracted| bsdf.refracted_pdf(wo, lamp, floor, refracted);
+                check(&name, TESTS, pdf, |i| sample(i).map(|(refracted, _)| refracted));
+            }
         }
     }
 }
@@ -268,6 +281,74 @@ fn directions_at_the_exit_have_their_density() {
             let name = format!("exit {:?} {wo}", bsdf.parameters());
             check(&name, TESTS, |wi| bsdf.pdf_exit(&passage, &crossing, wi), sample);
         }
+    }
+}
+
+/// Where plies touch there is no mirror at x, and at y light goes straight on or out of the body.
+#[test]
+fn directions_between_plies_that_touch_have_their_density() {
+    let [some, _, dense] = plies();
+    for bsdf in [some, dense] {
+        for floor in [0.0, 0.1] {
+            let wo = views()[0];
+            let (passage, crossing) = passage_with(&bsdf, wo, [false; 2], floor);
+            let name = format!("{:?} {floor}", bsdf.parameters());
+            let mut straight = 0.0;
+            let entry = |i| match bsdf.sample_entry(wo, &crossing, &mut random(i)) {
+                Choice::Scatter(wi) => Some(wi),
+                Choice::Pass | Choice::Lost => None,
+            };
+            check(&name, TESTS, |wi| bsdf.pdf_entry(wo, &crossing, wi), entry);
+            let exit = |i| match bsdf.sample_exit(&passage, &crossing, &mut random(i)) {
+                Choice::Scatter(wi) => Some(wi),
+                Choice::Pass => {
+                    straight += 1.0;
+                    None
+                }
+                Choice::Lost => None,
+            };
+            check(&name, TESTS, |wi| bsdf.pdf_exit(&passage, &crossing, wi), exit);
+            let chance = crossing.exit_probabilities[0];
+            let error = (chance * (1.0 - chance) / 1e5).sqrt();
+            assert!((straight / 1e5 - chance).abs() < 4.0 * error, "{name} {straight} {chance}");
+        }
+    }
+}
+
+/// Between plies that touch, what is not absorbed on the way is scattered by the body.
+#[test]
+fn light_between_plies_that_touch_is_attenuated_alone() {
+    for bsdf in plies() {
+        let (passage, crossing) = passage_with(&bsdf, views()[0], [false; 2], 0.0);
+        let terms = crossing.passage.unwrap().1;
+        let transmittance = (-bsdf.parameters().extinction * passage.length).exp();
+        assert!((terms.entered - 1.0).abs() < 1e-15);
+        assert!((terms.body - (1.0 - transmittance)).abs() < 1e-15);
+        let p = bsdf.parameters();
+        let expected = p.specular_tint * p.transmission_tint * transmittance;
+        assert!((bsdf.eval_straight(&terms) - expected).abs().max_element() < 1e-15);
+    }
+}
+
+/// However dark a lobe is, a floor keeps it likely; what no parameters switch on stays impossible.
+#[test]
+fn floors_keep_every_lobe_likely() {
+    let dark = PlyParameters {
+        specular_tint: Rgb::ZERO,
+        transmission_tint: Rgb::ZERO,
+        transmitted_color: Rgb::ZERO,
+        body_reflection: 0.0,
+        ..parameters()
+    };
+    let bsdf = PlyBsdf::new(dark).unwrap();
+    let (_, crossing) = passage_with(&bsdf, views()[0], [true; 2], 0.1);
+    assert!(crossing.entry_probabilities.iter().all(|&p| p >= 0.1));
+    assert!(crossing.exit_probabilities.iter().all(|&p| p >= 0.1));
+    let (_, touching) = passage_with(&bsdf, views()[0], [false; 2], 0.1);
+    assert_eq!(touching.entry_probabilities[0], 0.0);
+    for crossing in [crossing, touching] {
+        assert!((crossing.entry_probabilities.iter().sum::<f64>() - 1.0).abs() < 1e-15);
+        assert!((crossing.exit_probabilities.iter().sum::<f64>() - 1.0).abs() < 1e-15);
     }
 }
 
@@ -314,8 +395,8 @@ fn the_body_gets_exactly_what_is_not_refracted_at_the_exit() {
             let body = mean((0..n).map(|i| {
                 let u = random(i).next_2d();
                 let refracted = (first.refracted, first.refracted_pdf);
-                let passage = bsdf.sample_passage(refracted, first.incident, 0.4, u);
-                bsdf.crossing(wo, Some(passage)).passage.unwrap().1.body
+                let passage = bsdf.sample_passage([true; 2], refracted, first.incident, 0.4, u);
+                bsdf.crossing(wo, Some(passage), 0.0).passage.unwrap().1.body
             }));
             // By the visible normals at y: what refraction lets out before any is blocked.
             let passed = sphere_integral(|h| {

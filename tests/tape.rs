@@ -15,7 +15,8 @@ use plycloth::render::tape::{Tape, parameter};
 use plycloth::scatter::body::BodyKind;
 use plycloth::scatter::ply::PlyParameters;
 
-const LIMITS: PathLimits = PathLimits { max_depth: 6, roulette_depth: 3, both_sides: true };
+const LIMITS: PathLimits =
+    PathLimits { max_depth: 6, roulette_depth: 3, both_sides: true, lobe_floor: 0.05 };
 
 /// Light from in front and from behind, from a point, a rectangle and everywhere.
 fn lights() -> Vec<Light> {

@@ -69,6 +69,15 @@ impl Cylinder {
         ellipse(&self.start).union(ellipse(&self.end))
     }
 
+    /// Whether `point` lies inside the segment.
+    pub fn contains(&self, point: DVec3) -> bool {
+        let axis = self.axis();
+        let radial = away_from(axis, point - self.start.point) / axis.length_squared();
+        radial.length_squared() < self.radius * self.radius
+            && self.start.beyond(point) >= 0.0
+            && self.end.beyond(point) <= 0.0
+    }
+
     /// Where the ray, inside the ply, leaves this segment at or after `t`.
     #[inline]
     pub fn leave(&self, ray: &Ray, t: f64) -> Leave {

@@ -42,13 +42,15 @@ impl YarnForms {
     }
 }
 
-/// Which yarn a piece of surface belongs to.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// Which ply a piece of surface belongs to.
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Strand {
     /// The yarn's direction.
     pub set: YarnSet,
     /// The yarn, counted from the block's first of that set.
     pub yarn: i32,
+    /// Where the yarn's centre line lies across its direction.
+    pub offset: f64,
     /// The first of its cuts.
     first: usize,
     /// The last of its cuts.
@@ -93,6 +95,17 @@ impl Piece {
     fn cut(self) -> usize {
         (self.0 / 2) as usize
     }
+}
+
+/// How far a ray inside a ply goes, as far as the block knows.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stretch {
+    /// The last piece that it passes.
+    pub piece: Piece,
+    /// Where it leaves that.
+    pub t: f64,
+    /// Whether that is through the ply's wall, rather than where the stored stretch ends.
+    pub out: bool,
 }
 
 /// A point of a yarn's surface.
@@ -221,23 +234,115 @@ impl Block {
         SurfacePoint { normal, tangent }
     }
 
-    /// Where a ray that starts inside the ply of `piece` leaves that ply: the piece and the distance.
-    /// Pieces are walked from joint to joint; where the stored stretch ends the ray is out.
+    /// How far a ray stays inside the ply of `piece`, in which it is at distance `t`. Pieces are walked
+    /// from joint to joint.
     #[inline]
-    pub fn leave(&self, piece: Piece, ray: &Ray) -> (Piece, f64) {
-        let Cuts::Joints(joints, radius) = &self.cuts[piece.set()] else { return (piece, 0.0) };
+    pub fn leave(&self, piece: Piece, ray: &Ray, t: f64) -> Stretch {
+        let Cuts::Joints(joints, radius) = &self.cuts[piece.set()] else {
+            return Stretch { piece, t, out: true };
+        };
         let strand = self.strand(piece);
-        let (mut cut, mut t) = (piece.cut(), 0.0);
+        let (mut cut, mut t) = (located(joints, strand, piece.cut(), ray.at(t)), t);
         loop {
-            match cylinder(joints, *radius, cut).leave(ray, t) {
-                Leave::Forward(through) if cut + 1 < strand.last => (cut, t) = (cut + 1, through),
-                Leave::Backward(through) if cut > strand.first => (cut, t) = (cut - 1, through),
-                Leave::Wall(out) | Leave::Forward(out) | Leave::Backward(out) => {
-                    return (Piece::new(strand.set, cut), out);
+            let (t_next, out) = match cylinder(joints, *radius, cut).leave(ray, t) {
+                Leave::Forward(through) if cut + 1 < strand.last => {
+                    (cut, t) = (cut + 1, through);
+                    continue;
                 }
-            }
+                Leave::Backward(through) if cut > strand.first => {
+                    (cut, t) = (cut - 1, through);
+                    continue;
+                }
+                Leave::Wall(t) => (t, true),
+                Leave::Forward(t) | Leave::Backward(t) => (t, false),
+            };
+            return Stretch { piece: Piece::new(strand.set, cut), t: t_next, out };
         }
     }
+
+    /// The nearest surface that the ray enters within (`t_min`, `t_max`) and that is not of the ply of
+    /// `own`.
+    #[inline]
+    pub fn nearest_other(
+        &self,
+        own: Option<Piece>,
+        ray: &Ray,
+        inverse: DVec3,
+        [t_min, t_max]: [f64; 2],
+    ) -> Option<(Piece, f64)> {
+        let twice = RayTwice::new(ray);
+        let strand = own.map(|own| self.strand(own));
+        let is_own = |piece: u32| {
+            let (set, cut) = (Piece(piece).set(), Piece(piece).cut());
+            strand.is_some_and(|s| s.set as usize == set && (s.first..s.last).contains(&cut))
+        };
+        let enter = |pieces: [u32; 2], t_max| {
+            let (first, t) = self.enter(pieces, ray, &twice, t_min, t_max)?;
+            if !is_own(first) {
+                return Some((first, t));
+            }
+            let second = pieces[usize::from(first == pieces[0])];
+            if is_own(second) {
+                return None;
+            }
+            self.enter_one(Piece(second), ray, t_min, t_max).map(|t| (second, t))
+        };
+        let hit = self.bvh.nearest(ray, inverse, t_min, t_max, enter);
+        hit.map(|(piece, t)| (Piece(piece), t))
+    }
+
+    /// A piece of each ply that `point` lies inside of.
+    pub fn containing(&self, point: DVec3) -> Vec<Piece> {
+        let mut found: Vec<Piece> = Vec::new();
+        // A ray too short to leave a box visits all boxes around its origin.
+        let ray = Ray { origin: point, direction: DVec3::Z };
+        self.bvh.any(&ray, ray.inverse(), 0.0, f64::MIN_POSITIVE, |[a, b]| {
+            for piece in [a, b].iter().take(if a == b { 1 } else { 2 }).map(|&piece| Piece(piece)) {
+                if let Cuts::Joints(joints, radius) = &self.cuts[piece.set()]
+                    && cylinder(joints, *radius, piece.cut()).contains(point)
+                    && !found.iter().any(|other| self.strand(*other) == self.strand(piece))
+                {
+                    found.push(piece);
+                }
+            }
+            false
+        });
+        found
+    }
+
+    /// The first joint of `piece`.
+    pub fn joint(&self, piece: Piece) -> Option<DVec3> {
+        match &self.cuts[piece.set()] {
+            Cuts::Joints(joints, _) => Some(joints[piece.cut()].point),
+            Cuts::Edges(_) => None,
+        }
+    }
+
+    /// The piece at a joint's place of the ply of the given yarn that has this joint, if the yarn
+    /// reaches into the block. (A ply's number tells nothing: it depends on the phase of the twist
+    /// that the block starts with.)
+    pub fn piece_with(&self, set: YarnSet, yarn: i32, joint: DVec3) -> Option<Piece> {
+        let Cuts::Joints(joints, _) = &self.cuts[set as usize] else { return None };
+        let plies = self.strands[set as usize].iter().filter(|strand| strand.yarn == yarn);
+        let pieces = plies.map(|strand| {
+            let cut = located(joints, strand, strand.first, joint);
+            let off = |cut: usize| joints[cut].point.distance_squared(joint);
+            (off(cut).min(off(cut + 1)), Piece::new(set, cut))
+        });
+        pieces.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, piece)| piece)
+    }
+}
+
+/// The cut before `point` along the strand, looked for from `cut` on.
+#[inline]
+fn located(joints: &[Joint], strand: &Strand, mut cut: usize, point: DVec3) -> usize {
+    while cut + 1 < strand.last && joints[cut + 1].beyond(point) > 0.0 {
+        cut += 1;
+    }
+    while cut > strand.first && joints[cut].beyond(point) < 0.0 {
+        cut -= 1;
+    }
+    cut
 }
 
 #[inline]
@@ -272,7 +377,8 @@ fn inside<C: Copy>(
             );
             if boxes.len() > before {
                 cuts.extend(strand);
-                strands.push(Strand { set, yarn: *yarn, first, last: cuts.len() - 1 });
+                let (yarn, last) = (*yarn, cuts.len() - 1);
+                strands.push(Strand { set, yarn, offset: path.offset, first, last });
             }
         }
     }

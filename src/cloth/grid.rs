@@ -65,6 +65,16 @@ impl Axis {
         (self.edges.partition_point(|&edge| edge <= within).max(1) - 1).min(last)
     }
 
+    /// The block at a position.
+    pub fn at(&self, position: f64) -> Located {
+        self.located(self.locate(position))
+    }
+
+    #[inline]
+    fn located(&self, cell: Cell) -> Located {
+        Located { block: cell.index, tile: cell.tile as i64, low: self.low(cell) }
+    }
+
     #[inline]
     fn low(&self, cell: Cell) -> f64 {
         cell.tile * self.period() + self.edges[cell.index]
@@ -86,13 +96,22 @@ impl Axis {
     }
 }
 
+/// Where a block stands along one axis.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Located {
+    /// Its number inside the tile.
+    pub block: usize,
+    /// The number of the tile.
+    pub tile: i64,
+    /// Where it starts.
+    pub low: f64,
+}
+
 /// A block met on a walk.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Visit {
-    /// Column and row of the block in the tile.
-    pub block: [usize; 2],
-    /// Where the block's corner lies.
-    pub corner: [f64; 2],
+    /// Its column and row.
+    pub at: [Located; 2],
     /// Where the ray enters the block's footprint.
     pub t_enter: f64,
     /// Where the ray leaves it.
@@ -123,8 +142,7 @@ pub fn walk<R>(
         let axis = usize::from(crossings[1] < crossings[0]);
         let t_leave = lesser(greater(crossings[axis], t), t_max);
         let found = visit(Visit {
-            block: [cells[0].index, cells[1].index],
-            corner: [axes[0].low(cells[0]), axes[1].low(cells[1])],
+            at: [axes[0].located(cells[0]), axes[1].located(cells[1])],
             t_enter: t,
             t_leave,
         });
@@ -167,8 +185,8 @@ mod tests {
                 let middle = ray.at(0.5 * (visit.t_enter + visit.t_leave));
                 for axis in 0..2 {
                     let edges = &axes[axis].edges;
-                    let size = edges[visit.block[axis] + 1] - edges[visit.block[axis]];
-                    let within = middle[axis] - visit.corner[axis];
+                    let size = edges[visit.at[axis].block + 1] - edges[visit.at[axis].block];
+                    let within = middle[axis] - visit.at[axis].low;
                     assert!((-1e-9..=size + 1e-9).contains(&within), "{visit:?} {middle}");
                 }
             }

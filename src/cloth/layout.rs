@@ -91,6 +91,11 @@ impl<'a> Layout<'a> {
         self.starts(axis).collect()
     }
 
+    /// Ends and picks in the tile.
+    pub fn counts(&self) -> [usize; 2] {
+        [0, 1].map(|axis| self.sets[axis].count)
+    }
+
     /// The lowest and highest point of all centre lines.
     pub fn height_range(&self) -> [f64; 2] {
         let heights =
@@ -180,7 +185,7 @@ impl YarnLayout<'_> {
         between + 0.5 * self.spacing(yarn)
     }
 
-    /// Crossings to store beyond a block's edges: enough to follow any ray out of a ply.
+    /// Crossings to store beyond a block's edges: enough to follow most rays out of a ply.
     fn margin(&self, crossing: f64) -> i64 {
         (3.0 * self.spec.shape.reach() / crossing).ceil().max(1.0) as i64
     }

@@ -2,6 +2,7 @@
 
 pub mod block;
 pub mod grid;
+pub mod inside;
 mod layout;
 pub mod spec;
 pub mod swatch;

@@ -10,9 +10,9 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::block::{Block, BlockPlan, Piece, SurfacePoint, YarnForms};
-use super::grid::{Axis, Visit, walk};
+use super::grid::{Axis, Located, Visit, walk};
 use super::layout::{Layout, Placed};
-use super::spec::ClothSpec;
+use super::spec::{ClothSpec, YarnShape};
 use super::yarn_path::YarnSet;
 use crate::accel::ray::Ray;
 use crate::control::Control;
@@ -27,7 +27,7 @@ const SELF_HIT_DISTANCE: f64 = 1e-6;
 #[derive(Debug)]
 pub struct Swatch {
     forms: YarnForms,
-    axes: [Axis; 2],
+    pub(super) axes: [Axis; 2],
     plans: Vec<BlockPlan>,
     blocks: Vec<OnceLock<Block>>,
     /// Those of each block of the tile, row by row.
@@ -36,9 +36,32 @@ pub struct Swatch {
     counts: [usize; 2],
     /// The first end and pick of each column and row of blocks.
     first_yarn: [Vec<usize>; 2],
-    size: [f64; 2],
+    /// Ends and picks in the tile.
+    tile_yarns: [usize; 2],
+    pub(super) size: [f64; 2],
     heights: [f64; 2],
-    t_min: f64,
+    pub(super) t_min: f64,
+}
+
+/// A piece of a ply somewhere in the swatch.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Place {
+    /// Which way the yarn runs.
+    pub set: YarnSet,
+    /// Which of the pattern's ends (or picks, counted from the bottom).
+    pub yarn: usize,
+    /// The same, counted through all repeats.
+    pub(super) number: i64,
+    pub(super) plan: u32,
+    pub(super) piece: Piece,
+    pub(super) corner: DVec3,
+}
+
+impl Place {
+    /// Which yarn of its set, counted through all repeats of the pattern.
+    pub fn number(&self) -> i64 {
+        self.number
+    }
 }
 
 /// A place where a ray enters a yarn.
@@ -46,29 +69,28 @@ pub struct Swatch {
 pub struct Hit {
     /// The distance along the ray.
     pub t: f64,
-    /// Which way the yarn runs.
-    pub set: YarnSet,
-    /// Which of the pattern's ends (or picks, counted from the bottom).
-    pub yarn: usize,
-    /// Normal and tangent.
+    /// Of which yarn.
+    pub place: Place,
+    /// The surface, seen from where the ray comes from.
     pub surface: SurfacePoint,
-    plan: u32,
-    piece: Piece,
-    corner: DVec3,
+    /// Whether the yarn is entered by a cut end.
+    pub(super) cut: bool,
 }
 
 /// The stretch of a ray inside the swatch.
-struct Clipped {
+pub(super) struct Clipped {
     /// It, in the grid's coordinates.
-    ray: Ray,
+    pub ray: Ray,
     /// Of its direction.
-    inverse: DVec3,
+    pub inverse: DVec3,
     /// Where along the whole ray it starts; the other distances are measured from there.
-    start: f64,
+    pub start: f64,
     /// The least distance of a hit.
-    t_min: f64,
+    pub t_min: f64,
     /// Its length.
-    t_max: f64,
+    pub t_max: f64,
+    /// The axis (0 or 1) across which the swatch's edge cuts it off, if one does.
+    pub cut: Option<usize>,
 }
 
 impl Swatch {
@@ -90,6 +112,7 @@ impl Swatch {
             plan_of,
             counts: [spec.pattern.ends, spec.pattern.picks],
             first_yarn: [0, 1].map(|axis| layout.first_yarns(axis)),
+            tile_yarns: layout.counts(),
             axes,
             size,
             heights: [low - reach, high + reach],
@@ -102,10 +125,16 @@ impl Swatch {
         self.plans.len()
     }
 
-    /// The nearest yarn that the ray enters from outside.
+    /// The nearest yarn that the ray enters from outside, by its surface or by a cut end.
     #[inline]
     pub fn nearest(&self, ray: &Ray) -> Option<Hit> {
-        let Clipped { ray, inverse, start, t_min, t_max } = self.clip(ray, f64::INFINITY)?;
+        let clipped = self.clip(ray, f64::INFINITY)?;
+        let Clipped { ray, inverse, start, t_min, t_max, cut } = clipped;
+        if let Some(axis) = cut
+            && let Some(end) = self.cut_end(&ray, axis)
+        {
+            return Some(Hit { t: start, ..end });
+        }
         let (visit, piece, t) = walk(&self.axes, &ray, inverse, t_max, |visit| {
             let (plan, corner) = self.visited(&visit);
             let (t_enter, t_leave) = (visit.t_enter - self.t_min, visit.t_leave + self.t_min);
@@ -113,27 +142,46 @@ impl Swatch {
             let hit = self.block(plan).nearest(&local, inverse, greater(t_enter, t_min), t_leave);
             hit.map(|(piece, t)| (visit, piece, t))
         })?;
-        let (plan, corner) = self.visited(&visit);
+        Some(Hit { t: start + t, ..self.hit(&ray, &visit, piece, t) })
+    }
+
+    /// What the ray (in the grid's coordinates) hits at distance `t`.
+    #[inline]
+    pub(super) fn hit(&self, ray: &Ray, visit: &Visit, piece: Piece, t: f64) -> Hit {
+        let (plan, corner) = self.visited(visit);
         let block = self.block(plan);
-        let strand = block.strand(piece);
+        let place = self.place(&visit.at, plan, corner, piece);
+        let mut surface = block.surface(piece, &ray.shifted(corner), t);
+        if let (YarnShape::Flat { .. }, _) = self.forms.of(place.set) {
+            surface.normal *= -surface.normal.dot(ray.direction).signum();
+        }
+        Hit { t, place, surface, cut: false }
+    }
+
+    /// Where a piece of a block is.
+    #[inline]
+    pub(super) fn place(&self, at: &[Located; 2], plan: u32, corner: DVec3, piece: Piece) -> Place {
+        let strand = self.block(plan).strand(piece);
         let axis = strand.set as usize;
-        let yarn = self.first_yarn[axis][visit.block[axis]] as i64 + i64::from(strand.yarn);
-        Some(Hit {
-            t: start + t,
-            set: strand.set,
-            yarn: yarn.rem_euclid(self.counts[axis] as i64) as usize,
-            surface: block.surface(piece, &ray.shifted(corner), t),
-            plan,
-            piece,
-            corner,
-        })
+        let number = self.first_number(axis, &at[axis]) + i64::from(strand.yarn);
+        let yarn = number.rem_euclid(self.counts[axis] as i64) as usize;
+        Place { set: strand.set, yarn, number, plan, piece, corner }
+    }
+
+    /// The number of a block's first end (or pick), counted through all repeats.
+    #[inline]
+    pub(super) fn first_number(&self, axis: usize, at: &Located) -> i64 {
+        at.tile * self.tile_yarns[axis] as i64 + self.first_yarn[axis][at.block] as i64
     }
 
     /// Whether the ray enters any yarn before `t_max`.
     #[inline]
     pub fn occluded(&self, ray: &Ray, t_max: f64) -> bool {
         let Some(clipped) = self.clip(ray, t_max) else { return false };
-        let Clipped { ray, inverse, t_min, t_max, .. } = clipped;
+        let Clipped { ray, inverse, t_min, t_max, cut, .. } = clipped;
+        if cut.is_some_and(|axis| self.cut_end(&ray, axis).is_some()) {
+            return true;
+        }
         let found = walk(&self.axes, &ray, inverse, t_max, |visit| {
             let (plan, corner) = self.visited(&visit);
             let (t_enter, t_leave) = (visit.t_enter - self.t_min, visit.t_leave + self.t_min);
@@ -141,16 +189,6 @@ impl Swatch {
             self.block(plan).any(&ray.shifted(corner), inverse, t_enter, t_leave).then_some(())
         });
         found.is_some()
-    }
-
-    /// Where a ray that starts at `hit`, inside the ply, leaves that ply: the distance, and the
-    /// surface there. A ribbon is left where it was entered.
-    #[inline]
-    pub fn leave(&self, hit: &Hit, ray: &Ray) -> (f64, SurfacePoint) {
-        let local = self.to_grid(ray).shifted(hit.corner);
-        let block = self.block(hit.plan);
-        let (piece, t) = block.leave(hit.piece, &local);
-        (t, block.surface(piece, &local, t))
     }
 
     /// The stretch of the ray inside the swatch, if any. It starts there, since what a far camera
@@ -165,30 +203,37 @@ impl Swatch {
         let (enter, leave) = (lesser3(low, high), greater3(low, high));
         let start = greater(greater(enter.x, enter.y), greater(enter.z, 0.0));
         let end = lesser(lesser(leave.x, leave.y), lesser(leave.z, t_max));
+        let cut = if enter.x > enter.y { 0 } else { 1 };
         (start < end).then(|| Clipped {
             ray: Ray { origin: ray.at(start), ..ray },
             inverse,
             start,
             t_min: self.t_min - start,
             t_max: end - start,
+            cut: (start > 0.0 && enter[cut] == start).then_some(cut),
         })
     }
 
     /// Grid coordinates have their origin at the swatch's top left corner.
     #[inline]
-    fn to_grid(&self, ray: &Ray) -> Ray {
+    pub(super) fn to_grid(&self, ray: &Ray) -> Ray {
         ray.shifted(DVec3::new(-0.5 * self.size[0], 0.5 * self.size[1], 0.0))
     }
 
     #[inline]
-    fn visited(&self, visit: &Visit) -> (u32, DVec3) {
-        let [column, row] = visit.block;
-        let (plan, height) = self.plan_of[row * self.axes[0].len() + column];
-        (plan, DVec3::new(visit.corner[0], visit.corner[1], height))
+    pub(super) fn visited(&self, visit: &Visit) -> (u32, DVec3) {
+        self.plan_at(&visit.at)
+    }
+
+    /// The plan of a block, and where its corner lies.
+    #[inline]
+    pub(super) fn plan_at(&self, [x, y]: &[Located; 2]) -> (u32, DVec3) {
+        let (plan, height) = self.plan_of[y.block * self.axes[0].len() + x.block];
+        (plan, DVec3::new(x.low, y.low, height))
     }
 
     #[inline]
-    fn block(&self, plan: u32) -> &Block {
+    pub(super) fn block(&self, plan: u32) -> &Block {
         let plan = plan as usize;
         self.blocks[plan].get_or_init(|| Block::new(&self.plans[plan], &self.forms))
     }

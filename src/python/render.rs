@@ -20,8 +20,11 @@ use crate::render::tape::{Tape, parameter};
 /// Segments before Russian roulette sets in, as in Mitsuba.
 const ROULETTE_DEPTH: u32 = 5;
 
-fn limits(max_depth: u32, both_sides: bool) -> PathLimits {
-    PathLimits { max_depth, roulette_depth: ROULETTE_DEPTH, both_sides }
+/// How likely every lobe is at least in paths that are evaluated for other parameters.
+const LOBE_FLOOR: f64 = 0.05;
+
+fn limits(max_depth: u32, both_sides: bool, lobe_floor: f64) -> PathLimits {
+    PathLimits { max_depth, roulette_depth: ROULETTE_DEPTH, both_sides, lobe_floor }
 }
 
 /// A scene, ready for rays.
@@ -61,7 +64,8 @@ impl CompiledScene {
         max_depth: u32,
         threads: Option<usize>,
     ) -> PyResult<Bound<'py, PyArray3<f64>>> {
-        let cells = Cells { grid, paths, seed, limits: limits(max_depth, true) }.checked()?;
+        let cells =
+            Cells { grid, paths, seed, limits: limits(max_depth, true, LOBE_FLOOR) }.checked()?;
         let averages = gate::run(py, threads, None, |control| cells.averages(&self.0, control))?;
         let values = averages.iter().flat_map(Rgb::to_array).collect();
         let array = Array3::from_shape_vec((grid[1], grid[0], 3), values);
@@ -77,7 +81,7 @@ pub struct CompiledFilm(Film);
 impl CompiledFilm {
     #[new]
     fn new(scene: &CompiledScene, seed: u64, max_depth: u32, both_sides: bool) -> Result<Self> {
-        Ok(Self(Film::new(&scene.0, seed, limits(max_depth, both_sides))?))
+        Ok(Self(Film::new(&scene.0, seed, limits(max_depth, both_sides, 0.0))?))
     }
 
     #[pyo3(signature = (scene, spp, threads=None, progress=None))]
@@ -158,7 +162,7 @@ impl CompiledTape {
         threads: Option<usize>,
         progress: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
-        let cells = Cells { grid, paths, seed, limits: limits(max_depth, true) };
+        let cells = Cells { grid, paths, seed, limits: limits(max_depth, true, LOBE_FLOOR) };
         let tape =
             gate::run(py, threads, progress, |control| Tape::record(&scene.0, cells, control))?;
         Ok(Self(tape))

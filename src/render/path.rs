@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::light::LightSample;
-use super::scene::{Exit, Interaction, Material, Scene};
+use super::scene::{Contact, Exit, Interaction, Material, Scene};
 use crate::accel::ray::Ray;
 use crate::math::color::Rgb;
 use crate::math::frame::Frame;
@@ -12,7 +12,7 @@ use crate::sampling::warp::{square_to_cosine_hemisphere, square_to_cosine_hemisp
 use crate::scatter::ply::{Choice, Crossing, Passage, PlyBsdf};
 
 /// How far paths are followed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PathLimits {
     /// Segments of a path: 1 sees lights alone, 2 adds direct light. A ply counts once, whether the
     /// light bounces off it or passes through.
@@ -22,6 +22,9 @@ pub struct PathLimits {
     /// Whether light is looked for on both sides of every ply, rather than beyond those alone that
     /// the path goes through: less noise where light comes from behind, for one more shadow ray.
     pub both_sides: bool,
+    /// How likely every lobe is at least that some parameters switch on, 0 to 1/4: paths that are to
+    /// be evaluated for other parameters must not miss what is dark for those that they are drawn by.
+    pub lobe_floor: f64,
 }
 
 /// The side of a yarn on which light is scattered.
@@ -31,6 +34,8 @@ pub enum Side {
     Entry,
     /// At y, where it leaves.
     Exit,
+    /// At y, where it goes straight on into a ply that touches.
+    Straight,
 }
 
 /// Takes note of a path as it is traced.
@@ -71,6 +76,8 @@ struct Next {
     pdf: f64,
     /// The probability of having come to this side at all.
     chance: f64,
+    /// What is met at once, if the light does not go into the air.
+    contact: Option<Contact>,
 }
 
 /// Random numbers that choose a light, and a point on it.
@@ -81,7 +88,10 @@ struct Path<'a, R> {
     scene: &'a Scene,
     sampler: Sampler,
     recorder: &'a mut R,
+    limits: PathLimits,
     throughput: Rgb,
+    /// The throughput that roulette goes by: lobes that are dark, but have a floor, count as one.
+    promise: Rgb,
     radiance: Rgb,
 }
 
@@ -93,29 +103,36 @@ pub fn radiance<R: Recorder>(
     sampler: Sampler,
     recorder: &mut R,
 ) -> Rgb {
-    let mut path = Path { scene, sampler, recorder, throughput: Rgb::ONE, radiance: Rgb::ZERO };
-    path.trace(ray, limits);
+    let (throughput, promise, radiance) = (Rgb::ONE, Rgb::ONE, Rgb::ZERO);
+    let mut path = Path { scene, sampler, recorder, limits, throughput, promise, radiance };
+    path.trace(ray);
     path.radiance
 }
 
 impl<R: Recorder> Path<'_, R> {
-    fn trace(&mut self, mut ray: Ray, limits: PathLimits) {
-        let mut scattered_pdf = None;
+    fn trace(&mut self, mut ray: Ray) {
+        let (mut scattered_pdf, mut contact) = (None, None);
         for depth in 1.. {
-            let Some(interaction) = self.meet(&ray, scattered_pdf) else { return };
-            if depth >= limits.max_depth {
+            let interaction = match contact {
+                Some(contact) => self.scene.through(&ray, contact),
+                None => match self.meet(&ray, scattered_pdf) {
+                    Some(interaction) => interaction,
+                    None => return,
+                },
+            };
+            if depth >= self.limits.max_depth {
                 return;
             }
             let next = match self.scene.material(interaction.material) {
-                Material::Ply(bsdf) => self.at_ply(&interaction, bsdf, limits.both_sides),
+                Material::Ply(bsdf) => self.at_ply(&interaction, bsdf),
                 Material::Diffuse { reflectance } => self.at_diffuse(&interaction, *reflectance),
             };
             let Some(next) = next else { return };
             let weight = 1.0 / (next.pdf * next.chance);
-            let Some(survival) = self.survival(next.value * weight, depth, limits) else { return };
+            let Some(survival) = self.survival(next.value * weight, depth) else { return };
             self.recorder.scatter(next.side, next.wi, weight / survival);
             self.throughput *= next.value * (weight / survival);
-            (ray, scattered_pdf) = (next.ray, Some(next.pdf));
+            (ray, scattered_pdf, contact) = (next.ray, Some(next.pdf), next.contact);
         }
     }
 
@@ -135,7 +152,7 @@ impl<R: Recorder> Path<'_, R> {
                 self.add_emitted(surroundings, scattered_pdf);
             }
         }
-        hit.map(|hit| self.scene.interaction(ray, hit))
+        hit.map(|hit| self.scene.interaction(ray, &hit))
     }
 
     #[inline]
@@ -147,49 +164,45 @@ impl<R: Recorder> Path<'_, R> {
 
     /// The probability that the path lives on, or `None` if it dies.
     #[inline]
-    fn survival(&mut self, factor: Rgb, depth: u32, limits: PathLimits) -> Option<f64> {
-        let throughput = (self.throughput * factor).max_element();
-        if throughput <= 0.0 {
+    fn survival(&mut self, factor: Rgb, depth: u32) -> Option<f64> {
+        let dark = self.limits.lobe_floor > 0.0 && factor == Rgb::ZERO;
+        self.promise *= if dark { Rgb::ONE } else { factor };
+        let promise = self.promise.max_element();
+        if promise <= 0.0 {
             return None;
         }
         let chance = self.sampler.next_1d();
-        if depth < limits.roulette_depth {
+        if depth < self.limits.roulette_depth {
             return Some(1.0);
         }
-        let survival = throughput.min(0.95);
+        let survival = promise.min(0.95);
+        self.promise /= survival;
         (chance < survival).then_some(survival)
     }
 
     #[inline]
     fn at_diffuse(&mut self, interaction: &Interaction, reflectance: Rgb) -> Option<Next> {
-        let Interaction { material, wo, point, frame, .. } = *interaction;
+        let Interaction { material, wo, .. } = *interaction;
         self.recorder.vertex(material, wo, None);
         let pdf = square_to_cosine_hemisphere_pdf;
         let eval = |wi| (reflectance * pdf(wi), pdf(wi));
-        let number = self.light_number();
-        self.add_light(Side::Entry, point, &frame, number, 1.0, eval);
+        self.add_light_before(interaction, eval);
         let wi = square_to_cosine_hemisphere(self.sampler.next_2d());
-        scattered(Side::Entry, point, &frame, 1.0, wi, eval)
+        scattered_back(interaction, wi, eval)
     }
 
     // Not inlined: it is long, and paths through diffuse cloth do without it.
     #[inline(never)]
-    fn at_ply(
-        &mut self,
-        interaction: &Interaction,
-        bsdf: &PlyBsdf,
-        both_sides: bool,
-    ) -> Option<Next> {
-        let Interaction { material, wo, point, frame, .. } = *interaction;
+    fn at_ply(&mut self, interaction: &Interaction, bsdf: &PlyBsdf) -> Option<Next> {
+        let Interaction { material, wo, .. } = *interaction;
         let beyond = self.light_number();
         let (passage, exit) = self.pass(interaction, bsdf, beyond).unzip();
         self.recorder.vertex(material, wo, passage.as_ref());
-        let crossing = bsdf.crossing(wo, passage);
+        let crossing = bsdf.crossing(wo, passage, self.limits.lobe_floor);
         let eval = |wi| (bsdf.eval_entry(wo, &crossing, wi), bsdf.pdf_entry(wo, &crossing, wi));
-        let number = self.light_number();
-        self.add_light(Side::Entry, point, &frame, number, 1.0, eval);
+        self.add_light_before(interaction, eval);
         // The probability of looking for light beyond the ply, and of going on there if so.
-        let passed = crossing.entry_probabilities[2];
+        let (passed, both_sides) = (crossing.entry_probabilities[2], self.limits.both_sides);
         let (looked, gone) = if both_sides { (1.0, passed) } else { (passed, 1.0) };
         if let (true, Some(exit)) = (both_sides, &exit) {
             self.add_light_beyond(bsdf, &crossing, exit, beyond, looked, gone);
@@ -203,7 +216,7 @@ impl<R: Recorder> Path<'_, R> {
                 }
                 self.leave_ply(bsdf, &crossing, &exit, looked, gone)
             }
-            Choice::Scatter(wi) => scattered(Side::Entry, point, &frame, 1.0, wi, eval),
+            Choice::Scatter(wi) => scattered_back(interaction, wi, eval),
         }
     }
 
@@ -216,10 +229,17 @@ impl<R: Recorder> Path<'_, R> {
         beyond: LightNumber,
     ) -> Option<(Passage, Exit)> {
         let (entry, facet) = (self.sampler.next_2d(), self.sampler.next_2d());
-        let lamp = self.lamp_beyond(interaction, beyond);
-        let refracted = bsdf.sample_refracted(interaction.wo, lamp, entry)?;
+        let enters = interaction.behind.is_empty();
+        let refracted = if enters {
+            let lamp = self.lamp_beyond(interaction, beyond);
+            bsdf.sample_refracted(interaction.wo, lamp, self.limits.lobe_floor, entry)?
+        } else {
+            (-interaction.wo, 1.0)
+        };
         let exit = self.scene.exit(interaction, refracted.0);
-        Some((bsdf.sample_passage(refracted, exit.incident, exit.length, facet), exit))
+        let interfaces = [enters, exit.ahead.is_empty()];
+        let passage = bsdf.sample_passage(interfaces, refracted, exit.incident, exit.length, facet);
+        Some((passage, exit))
     }
 
     /// The direction, in the frame at x, of the lamp that light will be looked for from beyond the
@@ -236,7 +256,17 @@ impl<R: Recorder> Path<'_, R> {
         (self.sampler.next_1d(), self.sampler.next_2d())
     }
 
-    /// Adds light that reaches y from beyond the ply.
+    /// Adds light that reaches x through the air.
+    #[inline]
+    fn add_light_before(&mut self, interaction: &Interaction, eval: impl Fn(DVec3) -> (Rgb, f64)) {
+        let number = self.light_number();
+        if interaction.behind.is_empty() {
+            let Interaction { point, frame, .. } = interaction;
+            self.add_light(Side::Entry, *point, frame, number, 1.0, eval);
+        }
+    }
+
+    /// Adds light that reaches y from beyond the ply, if that is the air.
     #[inline]
     fn add_light_beyond(
         &mut self,
@@ -247,8 +277,10 @@ impl<R: Recorder> Path<'_, R> {
         looked: f64,
         gone: f64,
     ) {
-        let eval = |wi| eval_exit(bsdf, crossing, wi, gone);
-        self.add_light(Side::Exit, exit.point, &exit.frame, number, looked, eval);
+        if exit.ahead.is_empty() {
+            let eval = |wi| eval_exit(bsdf, crossing, wi, gone);
+            self.add_light(Side::Exit, exit.point, &exit.frame, number, looked, eval);
+        }
     }
 
     /// Scatters light that went through the ply, at y.
@@ -261,12 +293,19 @@ impl<R: Recorder> Path<'_, R> {
         looked: f64,
         gone: f64,
     ) -> Option<Next> {
-        let (passage, _) = crossing.passage.as_ref()?;
-        let eval = |wi| eval_exit(bsdf, crossing, wi, gone);
-        match bsdf.sample_exit(passage, crossing, &mut self.sampler) {
-            Choice::Scatter(wi) => scattered(Side::Exit, exit.point, &exit.frame, looked, wi, eval),
-            Choice::Pass | Choice::Lost => None,
-        }
+        let (passage, terms) = crossing.passage.as_ref()?;
+        let (side, wi, (value, pdf)) = match bsdf.sample_exit(passage, crossing, &mut self.sampler)
+        {
+            Choice::Scatter(wi) => (Side::Exit, wi, eval_exit(bsdf, crossing, wi, gone)),
+            Choice::Pass => {
+                let pdf = gone * crossing.exit_probabilities[0];
+                (Side::Straight, -passage.incident, (bsdf.eval_straight(terms), pdf))
+            }
+            Choice::Lost => return None,
+        };
+        let ray = Ray { origin: exit.point, direction: exit.frame.to_world(wi) };
+        let contact = exit.contact();
+        (pdf > 0.0).then_some(Next { ray, side, wi, value, pdf, chance: looked, contact })
     }
 
     /// Adds light from one light source, scattered by `eval` (value and density), at a side that
@@ -285,7 +324,9 @@ impl<R: Recorder> Path<'_, R> {
         let LightSample { direction, distance, weight, pdf } = sample;
         let wi = frame.to_local(direction);
         let (value, scattered_pdf) = eval(wi);
-        if value == Rgb::ZERO || !self.scene.visible(point, direction, distance) {
+        let dark =
+            if self.limits.lobe_floor > 0.0 { scattered_pdf <= 0.0 } else { value == Rgb::ZERO };
+        if dark || !self.scene.visible(point, direction, distance) {
             return;
         }
         let weight = weight * (pdf.map_or(1.0, |pdf| balance(pdf, scattered_pdf)) / chance);
@@ -303,19 +344,19 @@ fn eval_exit(bsdf: &PlyBsdf, crossing: &Crossing, wi: DVec3, gone: f64) -> (Rgb,
     })
 }
 
-/// The path that goes on from `point` into the local direction `wi`, if that has any density.
+/// The path that goes on from x into the local direction `wi`, if that has any density.
 #[inline]
-fn scattered(
-    side: Side,
-    point: DVec3,
-    frame: &Frame,
-    chance: f64,
+fn scattered_back(
+    interaction: &Interaction,
     wi: DVec3,
     eval: impl Fn(DVec3) -> (Rgb, f64),
 ) -> Option<Next> {
     let (value, pdf) = eval(wi);
-    let ray = Ray { origin: point, direction: frame.to_world(wi) };
-    (pdf > 0.0).then_some(Next { ray, side, wi, value, pdf, chance })
+    let Interaction { point, frame, .. } = interaction;
+    let ray = Ray { origin: *point, direction: frame.to_world(wi) };
+    let contact = interaction.contact_back();
+    let (side, chance) = (Side::Entry, 1.0);
+    (pdf > 0.0).then_some(Next { ray, side, wi, value, pdf, chance, contact })
 }
 
 /// The balance heuristic (Veach 1997): the share of a strategy with density `own`.

@@ -5,6 +5,7 @@ use glam::DVec3;
 use super::camera::Camera;
 use super::light::Lights;
 use crate::accel::ray::Ray;
+use crate::cloth::inside::{Nest, Way};
 use crate::cloth::spec::YarnShape;
 use crate::cloth::swatch::{Hit, Swatch};
 use crate::math::color::Rgb;
@@ -51,8 +52,8 @@ pub struct Scene {
 /// smoother than the surface and may face away.
 const LEAST_COSINE: f64 = 1e-3;
 
-/// A point where a ray meets a yarn, from outside.
-#[derive(Debug, Clone, Copy)]
+/// A point where light goes into a yarn.
+#[derive(Debug, Clone)]
 pub struct Interaction {
     /// Where.
     pub point: DVec3,
@@ -62,11 +63,14 @@ pub struct Interaction {
     pub wo: DVec3,
     /// The number of the yarn's material.
     pub material: u32,
-    hit: Hit,
+    /// The plies that the ray came from the inside of.
+    pub behind: Nest,
+    /// The plies that it goes into: one at least.
+    pub ahead: Nest,
 }
 
 /// Where a refracted ray comes out of the yarn.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub struct Exit {
     /// Where.
     pub point: DVec3,
@@ -76,40 +80,99 @@ pub struct Exit {
     pub incident: DVec3,
     /// The length of the way inside.
     pub length: f64,
+    /// The plies that the ray came from the inside of.
+    pub behind: Nest,
+    /// The plies that it goes into.
+    pub ahead: Nest,
+}
+
+/// Where light passes between plies that touch, from fiber to fiber: there is no interface.
+#[derive(Debug, Clone)]
+pub struct Contact {
+    /// Normal of the surface there, to either side, and the tangent along the fiber.
+    pub frame: Frame,
+    /// The plies that it comes from the inside of.
+    pub behind: Nest,
+    /// The plies that it goes into: one at least.
+    pub ahead: Nest,
+}
+
+impl Interaction {
+    /// What light that is scattered back meets, if that is no air.
+    pub fn contact_back(&self) -> Option<Contact> {
+        (!self.behind.is_empty()).then(|| Contact {
+            frame: self.frame,
+            behind: self.ahead.clone(),
+            ahead: self.behind.clone(),
+        })
+    }
+}
+
+impl Exit {
+    /// What light that goes on meets, if that is no air.
+    pub fn contact(&self) -> Option<Contact> {
+        (!self.ahead.is_empty()).then(|| Contact {
+            frame: self.frame,
+            behind: self.behind.clone(),
+            ahead: self.ahead.clone(),
+        })
+    }
 }
 
 impl Scene {
-    /// What `hit` by `ray` means for shading.
+    /// What `hit` by `ray`, which came through the air, means for shading.
     #[inline]
-    pub fn interaction(&self, ray: &Ray, hit: Hit) -> Interaction {
+    pub fn interaction(&self, ray: &Ray, hit: &Hit) -> Interaction {
         let back = -ray.direction;
-        let normal = match self.shapes[hit.set as usize] {
-            YarnShape::Round { .. } => hit.surface.normal,
-            YarnShape::Flat { .. } => hit.surface.normal * back.dot(hit.surface.normal).signum(),
-        };
-        let frame = frame_facing(back, normal, hit.surface.tangent);
-        let material = self.materials.of_yarn[hit.set as usize][hit.yarn];
-        let wo = frame.to_local(back);
-        Interaction { point: ray.at(hit.t), frame, wo, material, hit }
+        let frame = frame_facing(back, hit.surface.normal, hit.surface.tangent);
+        let ahead = self.swatch.entered(ray, hit);
+        self.vertex(ray.at(hit.t), frame, back, Nest::new(), ahead)
+    }
+
+    /// What it means for shading that `ray` goes on through a contact at its origin.
+    pub fn through(&self, ray: &Ray, contact: Contact) -> Interaction {
+        let back = -ray.direction;
+        let normal = contact.frame.normal();
+        let normal = normal * back.dot(normal).signum();
+        let frame = frame_facing(back, normal, contact.frame.tangent());
+        self.vertex(ray.origin, frame, back, contact.behind, contact.ahead)
+    }
+
+    #[inline]
+    fn vertex(
+        &self,
+        point: DVec3,
+        frame: Frame,
+        back: DVec3,
+        behind: Nest,
+        ahead: Nest,
+    ) -> Interaction {
+        let place = &ahead[ahead.len() - 1];
+        let material = self.materials.of_yarn[place.set as usize][place.yarn];
+        Interaction { point, frame, wo: frame.to_local(back), material, behind, ahead }
     }
 
     /// Where the ray refracted at `interaction` into `refracted` (in its frame) comes out: across
     /// a ply, or on the other face of a ribbon (Eq. 15).
     #[inline]
     pub fn exit(&self, interaction: &Interaction, refracted: DVec3) -> Exit {
-        let direction = interaction.frame.to_world(refracted);
-        let Interaction { point, frame, hit, .. } = *interaction;
-        match self.shapes[hit.set as usize] {
-            YarnShape::Flat { thickness, .. } => {
-                let length = thickness / -refracted.z;
-                Exit { point, frame, incident: -refracted, length }
-            }
+        let Interaction { point, frame, behind, ahead, .. } = interaction;
+        match self.shapes[ahead[ahead.len() - 1].set as usize] {
+            YarnShape::Flat { thickness, .. } => Exit {
+                point: *point,
+                frame: *frame,
+                incident: -refracted,
+                length: thickness / -refracted.z,
+                behind: ahead.clone(),
+                ahead: behind.clone(),
+            },
             YarnShape::Round { .. } => {
-                let ray = Ray { origin: point, direction };
-                let (length, surface) = self.swatch.leave(&hit, &ray);
-                let frame = frame_facing(-direction, -surface.normal, surface.tangent);
+                let direction = frame.to_world(refracted);
+                let ray = Ray { origin: *point, direction };
+                let Way { length, surface, behind, ahead } = self.swatch.way(ahead, &ray);
+                let frame = frame_facing(-direction, surface.normal, surface.tangent);
                 let incident = frame.to_local(-direction);
-                Exit { point: ray.at(length), frame, incident, length }
+                Exit { point: ray.at(length), frame, incident, length, behind, ahead }
             }
         }
     }

@@ -11,6 +11,7 @@
 //! the expectation of B is exactly what is refracted at x and not refracted again at y, whatever the
 //! roughness, and no parameters make a ply return more than it receives.
 
+use std::array;
 use std::f64::consts::FRAC_1_PI;
 
 use glam::DVec3;
@@ -89,6 +90,8 @@ pub struct PlyOptics<T> {
 /// The way of a refracted ray through the ply, and one microfacet where it comes out.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Passage {
+    /// Whether light meets an interface at x and at y: not where the ply touches another.
+    pub interfaces: [bool; 2],
     /// The refracted direction in the frame at x (z < 0).
     pub refracted: DVec3,
     /// The density with which it was chosen.
@@ -118,33 +121,46 @@ impl<T: Real> PlyOptics<T> {
     /// What `passage` lets through of the light that is scattered into `wo`.
     #[inline]
     pub fn passage(&self, wo: DVec3, passage: &Passage) -> PassageTerms<T> {
-        let refraction = self.entry.refraction(&constant(wo), &constant(passage.refracted));
-        let (incident, facet) = (constant(passage.incident), constant(passage.facet));
-        let facet_weight = self.exit.ggx.visible_normal_pdf(&incident, &facet) / passage.facet_pdf;
-        let passed = T::from(1.0) - fresnel(dot(&incident, &facet), self.exit.eta);
+        let [enters, leaves] = passage.interfaces;
+        let refraction = || self.entry.refraction(&constant(wo), &constant(passage.refracted));
+        let entered = if enters { refraction() / passage.refracted_pdf } else { T::from(1.0) };
         let transmittance = (-self.extinction * passage.length).exp();
-        PassageTerms {
-            entered: refraction / passage.refracted_pdf,
-            transmittance,
-            body: facet_weight * (T::from(1.0) - transmittance * passed),
-        }
+        let body = if leaves {
+            let (incident, facet) = (constant(passage.incident), constant(passage.facet));
+            let visible = self.exit.ggx.visible_normal_pdf(&incident, &facet);
+            let passed = T::from(1.0) - fresnel(dot(&incident, &facet), self.exit.eta);
+            visible / passage.facet_pdf * (T::from(1.0) - transmittance * passed)
+        } else {
+            T::from(1.0) - transmittance
+        };
+        PassageTerms { entered, transmittance, body }
     }
 
     /// The two parts of scattering at x from `wo` into `wi` (with the cosine, without colours): the
     /// mirrored part, and the factor of the body's BRDF.
     #[inline]
-    pub fn at_entry(&self, wo: DVec3, wi: DVec3, terms: Option<&PassageTerms<T>>) -> [T; 2] {
-        let mirrored = self.entry.reflection(&constant(wo), &constant(wi));
-        let body = terms.map_or(T::from(0.0), |terms| terms.entered * terms.body);
-        [mirrored, body * wi.z.max(0.0)]
+    pub fn at_entry(
+        &self,
+        wo: DVec3,
+        wi: DVec3,
+        passage: Option<&(Passage, PassageTerms<T>)>,
+    ) -> [T; 2] {
+        let mirrored = || self.entry.reflection(&constant(wo), &constant(wi));
+        let Some((passage, terms)) = passage else { return [mirrored(), T::from(0.0)] };
+        let mirrored = if passage.interfaces[0] { mirrored() } else { T::from(0.0) };
+        [mirrored, terms.entered * terms.body * wi.z.max(0.0)]
     }
 
     /// The two parts of scattering at y into `wi`: the refracted part, and the body's.
     #[inline]
     pub fn at_exit(&self, passage: &Passage, terms: &PassageTerms<T>, wi: DVec3) -> [T; 2] {
-        let refraction = self.exit.refraction(&constant(passage.incident), &constant(wi));
         let lambert = (-wi.z).max(0.0) * FRAC_1_PI;
-        [terms.entered * terms.transmittance * refraction, terms.entered * terms.body * lambert]
+        let body = terms.entered * terms.body * lambert;
+        if !passage.interfaces[1] {
+            return [T::from(0.0), body];
+        }
+        let refraction = self.exit.refraction(&constant(passage.incident), &constant(wi));
+        [terms.entered * terms.transmittance * refraction, body]
     }
 }
 
@@ -197,33 +213,47 @@ impl PlyBsdf {
     ///
     /// Where `lamp` is given, the direction of a lamp beyond the ply (z < 0), half of the directions
     /// are chosen such that a facet at y refracts them into it, as if y faced x: with rough lobes at
-    /// x and narrow ones at y, few others meet the lamp.
+    /// x and narrow ones at y, few others meet the lamp. The part `floor` of the directions is chosen
+    /// whatever the interface, so that none is left out which another index would refract into.
     #[inline]
     pub fn sample_refracted(
         &self,
         wo: DVec3,
         lamp: Option<DVec3>,
+        floor: f64,
         [u, v]: [f64; 2],
     ) -> Option<(DVec3, f64)> {
         let entry = &self.optics.entry;
+        let onwards = (u - floor) / (1.0 - floor);
         let refracted = match lamp {
-            None => entry.sample_refraction(wo, [u, v])?,
-            Some(_) if u < 0.5 => entry.sample_refraction(wo, [2.0 * u, v])?,
-            Some(lamp) => self.interface_to_lamp().sample_refraction(-lamp, [2.0 * u - 1.0, v])?,
+            _ if u < floor => -square_to_cosine_hemisphere([u / floor, v]),
+            None => entry.sample_refraction(wo, [onwards, v])?,
+            Some(_) if onwards < 0.5 => entry.sample_refraction(wo, [2.0 * onwards, v])?,
+            Some(lamp) => {
+                self.interface_to_lamp().sample_refraction(-lamp, [2.0 * onwards - 1.0, v])?
+            }
         };
-        let pdf = self.refracted_pdf(wo, lamp, refracted);
+        let pdf = self.refracted_pdf(wo, lamp, floor, refracted);
         (pdf > 0.0).then_some((refracted, pdf))
     }
 
     /// The density of [`PlyBsdf::sample_refracted`].
     #[inline]
-    pub fn refracted_pdf(&self, wo: DVec3, lamp: Option<DVec3>, refracted: DVec3) -> f64 {
+    pub fn refracted_pdf(
+        &self,
+        wo: DVec3,
+        lamp: Option<DVec3>,
+        floor: f64,
+        refracted: DVec3,
+    ) -> f64 {
+        let anywhere = square_to_cosine_hemisphere_pdf(-refracted);
         let refracted = constant(refracted);
         let onwards = self.optics.entry.refraction_pdf(&constant(wo), &refracted);
-        lamp.map_or(onwards, |lamp| {
+        let chosen = lamp.map_or(onwards, |lamp| {
             let back = self.interface_to_lamp().refraction_pdf(&constant(-lamp), &refracted);
             0.5 * (onwards + back)
-        })
+        });
+        floor * anywhere + (1.0 - floor) * chosen
     }
 
     /// y as a lamp beyond sees it: from outside to inside, as `wo` sees x. Facets are the same all
@@ -237,6 +267,7 @@ impl PlyBsdf {
     #[inline]
     pub fn sample_passage(
         &self,
+        interfaces: [bool; 2],
         (refracted, refracted_pdf): (DVec3, f64),
         incident: DVec3,
         length: f64,
@@ -245,22 +276,29 @@ impl PlyBsdf {
         let facet = self.optics.exit.ggx.sample_visible_normal(incident, u);
         let facet_pdf =
             self.optics.exit.ggx.visible_normal_pdf(&constant(incident), &constant(facet));
-        Passage { refracted, refracted_pdf, incident, facet, facet_pdf, length }
+        Passage { interfaces, refracted, refracted_pdf, incident, facet, facet_pdf, length }
     }
 
-    /// What `passage` lets through, and how likely each lobe should be chosen.
+    /// What `passage` lets through, and how likely each lobe should be chosen: at least `floor` if
+    /// there is such a lobe for any parameters.
     #[inline]
-    pub fn crossing(&self, wo: DVec3, passage: Option<Passage>) -> Crossing {
+    pub fn crossing(&self, wo: DVec3, passage: Option<Passage>, floor: f64) -> Crossing {
         let p = &self.parameters;
         let mirror = mean(p.specular_tint) * fresnel(wo.z, p.eta);
         let Some(passage) = passage else {
             let entry_probabilities = [1.0, 0.0, 0.0];
             return Crossing { passage: None, entry_probabilities, exit_probabilities: [0.0; 2] };
         };
+        let [mirrors, leaves] = passage.interfaces;
+        let mirror = if mirrors { mirror } else { 0.0 };
         let terms = self.optics.passage(wo, &passage);
         let body_albedo = Rgb::from_array([0, 1, 2].map(|c| self.body[c].albedo(wo.z)));
         let body = p.body_reflection * terms.entered * terms.body * mean(body_albedo);
-        let passed = 1.0 - terms.body + LEAST_TRANSMISSION * terms.transmittance;
+        let passed = if leaves {
+            1.0 - terms.body + LEAST_TRANSMISSION * terms.transmittance
+        } else {
+            terms.transmittance
+        };
         let exit = [
             mean(p.transmission_tint) * passed,
             mean(p.transmitted_color) * (1.0 - p.body_reflection) * terms.body,
@@ -268,8 +306,12 @@ impl PlyBsdf {
         let through = mean(p.specular_tint) * terms.entered * (exit[0] + exit[1]);
         Crossing {
             passage: Some((passage, terms)),
-            entry_probabilities: normalised([mirror, body, through]),
-            exit_probabilities: normalised(exit),
+            entry_probabilities: probabilities(
+                [mirror, body, through],
+                [mirrors, true, true],
+                floor,
+            ),
+            exit_probabilities: probabilities(exit, [true, true], floor),
         }
     }
 
@@ -279,8 +321,7 @@ impl PlyBsdf {
         if wi.z <= 0.0 {
             return Rgb::ZERO;
         }
-        let terms = crossing.passage.as_ref().map(|(_, terms)| terms);
-        let [mirrored, body] = self.optics.at_entry(wo, wi, terms);
+        let [mirrored, body] = self.optics.at_entry(wo, wi, crossing.passage.as_ref());
         let mut value = self.parameters.specular_tint * mirrored;
         if body > 0.0 {
             let brdf = Rgb::from_array([0, 1, 2].map(|c| self.body[c].eval(wo.z, wi.z)));
@@ -296,7 +337,11 @@ impl PlyBsdf {
             return 0.0;
         }
         let [mirror, body, _] = crossing.entry_probabilities;
-        let mirrored = self.optics.entry.reflection_pdf(&constant(wo), &constant(wi));
+        let mirrored = if mirror > 0.0 {
+            self.optics.entry.reflection_pdf(&constant(wo), &constant(wi))
+        } else {
+            0.0
+        };
         mirror * mirrored + body * square_to_cosine_hemisphere_pdf(wi)
     }
 
@@ -327,15 +372,26 @@ impl PlyBsdf {
         p.specular_tint * (p.transmission_tint * refracted + scattered)
     }
 
-    /// The density of [`PlyBsdf::sample_exit`].
+    /// What goes straight on at y into another ply, over the density of the passage.
+    #[inline]
+    pub fn eval_straight(&self, terms: &PassageTerms<f64>) -> Rgb {
+        let p = &self.parameters;
+        p.specular_tint * p.transmission_tint * (terms.entered * terms.transmittance)
+    }
+
+    /// The density of [`PlyBsdf::sample_exit`], which misses the share that goes straight on.
     #[inline]
     pub fn pdf_exit(&self, passage: &Passage, crossing: &Crossing, wi: DVec3) -> f64 {
         let [refract, body] = crossing.exit_probabilities;
+        let lambert = body * square_to_cosine_hemisphere_pdf(-wi);
+        if !passage.interfaces[1] {
+            return lambert;
+        }
         let refracted = self.optics.exit.refraction_pdf(&constant(passage.incident), &constant(wi));
-        refract * refracted + body * square_to_cosine_hemisphere_pdf(-wi)
+        refract * refracted + lambert
     }
 
-    /// A direction at y, or word that the light is lost.
+    /// A direction at y, or word that the light passes straight on, or is lost.
     #[inline]
     pub fn sample_exit(
         &self,
@@ -345,6 +401,9 @@ impl PlyBsdf {
     ) -> Choice {
         let (u, direction) = (sampler.next_1d(), sampler.next_2d());
         if u < crossing.exit_probabilities[0] {
+            if !passage.interfaces[1] {
+                return Choice::Pass;
+            }
             return Choice::from(self.optics.exit.sample_refraction(passage.incident, direction));
         }
         if crossing.exit_probabilities[1] > 0.0 {
@@ -359,7 +418,7 @@ impl PlyBsdf {
 pub enum Choice {
     /// Into this local direction.
     Scatter(DVec3),
-    /// Along the passage, to be scattered at y.
+    /// At x: along the passage, to be scattered at y. At y: straight on into another ply.
     Pass,
     /// Nowhere.
     Lost,
@@ -371,9 +430,15 @@ impl From<Option<DVec3>> for Choice {
     }
 }
 
-/// `weights` scaled to sum to one; all zero if they are.
+/// `weights` scaled to sum to one (all zero if they are), each raised to `floor` if it is possible.
 #[inline]
-fn normalised<const N: usize>(weights: [f64; N]) -> [f64; N] {
+fn probabilities<const N: usize>(weights: [f64; N], possible: [bool; N], floor: f64) -> [f64; N] {
     let sum: f64 = weights.iter().sum();
-    if sum > 0.0 { weights.map(|weight| weight / sum) } else { weights }
+    let shares = if sum > 0.0 { weights.map(|weight| weight / sum) } else { weights };
+    if floor == 0.0 {
+        return shares;
+    }
+    let count = possible.iter().filter(|&&possible| possible).count() as f64;
+    let rest = if sum > 0.0 { [floor, 1.0 - floor * count] } else { [1.0 / count, 0.0] };
+    array::from_fn(|i| if possible[i] { rest[0] + rest[1] * shares[i] } else { 0.0 })
 }

@@ -59,11 +59,11 @@ impl Ribbon {
 
     fn crossing(&self, wo: DVec3, sampler: &mut Sampler) -> Crossing {
         let (entry, facet) = (sampler.next_2d(), sampler.next_2d());
-        let passage = self.bsdf.sample_refracted(wo, None, entry).map(|refracted| {
+        let passage = self.bsdf.sample_refracted(wo, None, 0.0, entry).map(|refracted| {
             let length = self.thickness / -refracted.0.z;
-            self.bsdf.sample_passage(refracted, -refracted.0, length, facet)
+            self.bsdf.sample_passage([true; 2], refracted, -refracted.0, length, facet)
         });
-        self.bsdf.crossing(wo, passage)
+        self.bsdf.crossing(wo, passage, 0.0)
     }
 
     fn value(&self, wo: DVec3, crossing: &Crossing, wi: DVec3) -> Rgb {

@@ -101,7 +101,12 @@ pub fn furnace() -> Vec<Light> {
 
 /// Mean over all pixels, and its standard error.
 pub fn mean_radiance(scene: &Scene, spp: u32, max_depth: u32) -> (Rgb, Rgb) {
-    let limits = PathLimits { max_depth, roulette_depth: 5.min(max_depth), both_sides: false };
+    let limits = PathLimits {
+        max_depth,
+        roulette_depth: 5.min(max_depth),
+        both_sides: false,
+        lobe_floor: 0.0,
+    };
     let mut film = Film::new(scene, 1, limits).unwrap();
     film.run(scene, spp, &Control::default()).unwrap();
     let n = film.pixels().len() as f64;

@@ -31,6 +31,8 @@ impl Piece {
 /// from the bottom).
 pub struct WholeCloth {
     pub pieces: Vec<(YarnSet, usize, Piece)>,
+    /// Of each piece, the number of its yarn through all repeats and that of its ply.
+    numbers: Vec<(i64, usize)>,
     size: [f64; 2],
 }
 
@@ -74,7 +76,7 @@ impl WholeCloth {
         let columns = -around..ends.covering(size[0]) + around;
         let rows = -picks.covering(size[1]) - around..around;
         let unit = spec.unit();
-        let mut pieces = Vec::new();
+        let (mut pieces, mut numbers) = (Vec::new(), Vec::new());
         let mut add =
             |set, yarn: i64, (own, crossing): (&Row, &Row), range: &std::ops::Range<i64>| {
                 let (curves, shape, phase_offset) = match set {
@@ -91,7 +93,10 @@ impl WholeCloth {
                     knots: knots(&curves[own.index(yarn)], range, unit),
                     phase: twist.phase(range.start + phase_offset),
                 };
-                pieces.extend(shapes(&path, shape, twist).map(|p| (set, own.index(yarn), p)));
+                for (ply, piece) in shapes(&path, shape, twist) {
+                    pieces.push((set, own.index(yarn), piece));
+                    numbers.push((yarn, ply));
+                }
             };
         for end in columns.clone() {
             add(YarnSet::Warp, end, (&ends, &picks), &rows);
@@ -99,7 +104,7 @@ impl WholeCloth {
         for pick in rows.clone() {
             add(YarnSet::Weft, pick, (&picks, &ends), &columns);
         }
-        Self { pieces, size }
+        Self { pieces, numbers, size }
     }
 
     /// The stretch of `ray` above the swatch's rectangle.
@@ -125,6 +130,23 @@ impl WholeCloth {
         self.pieces.iter().filter_map(move |(set, yarn, piece)| {
             piece.enter(&ray, t_min, t_max).map(|t| (t, *set, *yarn))
         })
+    }
+
+    /// The plies around a point, each once: set, number of the yarn through all repeats, ply.
+    pub fn containing(&self, point: glam::DVec3) -> Vec<(YarnSet, i64, usize)> {
+        let point = point + glam::DVec3::new(0.5 * self.size[0], -0.5 * self.size[1], 0.0);
+        let inside = |piece: &Piece| match piece {
+            Piece::Cylinder(cylinder) => cylinder.contains(point),
+            Piece::Patch(_) => false,
+        };
+        let pieces = self.pieces.iter().zip(&self.numbers);
+        let mut found: Vec<_> = pieces
+            .filter(|((_, _, piece), _)| inside(piece))
+            .map(|((set, ..), (yarn, ply))| (*set, *yarn, *ply))
+            .collect();
+        found.sort_by_key(|(set, yarn, ply)| (*set as usize, *yarn, *ply));
+        found.dedup();
+        found
     }
 
     /// The nearest of [`WholeCloth::entries`].
@@ -154,18 +176,19 @@ fn knots(curve: &HeightCurve, range: &std::ops::Range<i64>, unit: f64) -> Vec<(f
         .collect()
 }
 
-fn shapes(path: &YarnPath, shape: YarnShape, twist: Twist) -> impl Iterator<Item = Piece> {
+/// The pieces of a yarn, each with the number of its ply.
+fn shapes(path: &YarnPath, shape: YarnShape, twist: Twist) -> impl Iterator<Item = (usize, Piece)> {
     let pieces: Vec<_> = match shape {
         YarnShape::Round { plies, ply_radius, .. } => (0..plies)
             .flat_map(|ply| {
                 let joints = path.ply(&shape, twist, ply);
                 let cylinder = |j: &[_]| Piece::Cylinder(Cylinder::new(j[0], j[1], ply_radius));
-                joints.windows(2).map(cylinder).collect::<Vec<_>>()
+                joints.windows(2).map(|j| (ply, cylinder(j))).collect::<Vec<_>>()
             })
             .collect(),
         YarnShape::Flat { width, .. } => {
             let edges = path.ribbon(width);
-            edges.windows(2).map(|e| Piece::Patch(Bilinear::new(e[0], e[1]))).collect()
+            edges.windows(2).map(|e| (0, Piece::Patch(Bilinear::new(e[0], e[1])))).collect()
         }
     };
     pieces.into_iter()

@@ -61,15 +61,17 @@ impl Differentiable {
         let wi = connection.wi;
         match (connection.side, passage) {
             (Side::Entry, passage) => {
-                let terms = passage.map(|(_, terms)| terms);
-                let [mirrored, body] = self.optics.at_entry(wo, wi, terms);
+                let [mirrored, body] = self.optics.at_entry(wo, wi, passage);
                 self.entry(&mut scattering, mirrored, body, [wo.z, wi.z]);
             }
             (Side::Exit, Some((passage, terms))) => {
                 let [refracted, body] = self.optics.at_exit(passage, terms, wi);
                 self.exit(&mut scattering, refracted, body);
             }
-            (Side::Exit, None) => {}
+            (Side::Straight, Some((_, terms))) => {
+                self.exit(&mut scattering, terms.entered * terms.transmittance, Dual6::from(0.0));
+            }
+            (Side::Exit | Side::Straight, None) => {}
         }
         scattering
     }
