@@ -4,6 +4,7 @@ pub mod body;
 mod chandrasekhar;
 pub mod dielectric;
 mod diffusion;
+pub mod facet;
 pub mod fresnel;
 pub mod ggx;
 pub mod interface;
