@@ -12,6 +12,7 @@ from plycloth.unknowns import EXPOSURE, FALLOFF, OPTICAL, lens_unknowns, unknown
 from samples import plain_fabric
 
 SIDES = ("front", "back")
+FRONT = ("front",)
 HIDDEN = pc.PlyBsdf(
     eta=1.45,
     specular_tint=0.9,
@@ -76,6 +77,62 @@ def test_what_trades_with_what_is_said():
     (red,) = (e for e in result.estimates if e.label == "warp.specular_tint.red")
     assert "warp.transmission_tint.red" in red.partners
     assert red.doubt.startswith("±") == red.identifiable
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"free": ["eta"], "tie": True},
+        {"free": ["warp.extinction"], "objective": "average"},
+        {"free": ["warp.body_reflection"], "cells": 1},
+        {"free": [], "exposure": True},
+        {"free": [], "falloff": "shared", "objective": "average"},
+        {"free": None, "objective": "average"},
+    ],
+    ids=lambda changes: ", ".join(map(str, changes.values())),
+)
+def test_any_number_of_unknowns_may_be_looked_for(changes):
+    """One alone; and 38 where one picture's average has three numbers."""
+    front = scenes(HIDDEN, FRONT)
+    image = pictures(replace(HIDDEN, base_color=0.4), spp=16, sides=FRONT)
+    given = {"cells": 4, "paths": 16, "rounds": 3, "evaluations": 2, "progress": False}
+    result = pc.fit(front, image, **given | changes)
+    assert len(result.estimates) == (38 if changes["free"] is None else 1)
+    assert np.isfinite([(e.value, e.uncertainty) for e in result.estimates]).all()
+
+
+def test_one_unknown_is_found():
+    result = pc.fit(
+        scenes(HIDDEN, FRONT),
+        [2.0 * pictures(HIDDEN, spp=1024, sides=FRONT)[0].pixels],
+        free=[],
+        exposure=True,
+        paths=256,
+        rounds=6,
+        progress=False,
+    )
+    (exposure,) = result.estimates
+    assert abs(exposure.value - 2.0) < 4.0 * exposure.uncertainty
+    assert exposure.identifiable
+    assert exposure.uncertainty < 0.02
+
+
+def test_an_unknown_that_no_picture_shows_is_said_not_to_be_told():
+    """The part of a body's light that comes back, where none does."""
+    black = replace(HIDDEN, base_color=0.0, transmitted_color=0.0)
+    result = pc.fit(
+        scenes(black, FRONT),
+        pictures(black, spp=16, sides=FRONT),
+        free=["body_reflection"],
+        bounds={"body_reflection": (0.2, 0.8)},
+        tie=True,
+        paths=16,
+        rounds=2,
+        progress=False,
+    )
+    (reflection,) = result.estimates
+    assert not reflection.identifiable
+    assert reflection.uncertainty == pytest.approx(0.6)
 
 
 def problem(lenses):
@@ -164,9 +221,6 @@ def test_cell_averages_keep_the_mean_and_the_places():
     assert cells.mean() == pytest.approx(pixels.mean())
 
 
-FRONT = ("front",)
-
-
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
@@ -175,6 +229,7 @@ FRONT = ("front",)
         ({"free": ["warps.eta"]}, "nearest is 'warp'"),
         ({"free": ["eta", "warp.eta"]}, "twice"),
         ({"free": ["warp.eta"], "tie": True}, "tie=True"),
+        ({"free": []}, "at least one parameter"),
         ({"bounds": {"eta": (2.0, 1.5)}}, "low < high"),
         ({"bounds": {"roughness": (0.0, 1.0)}}, "bounds of roughness"),
         ({"bounds": {"shine": (0.0, 1.0)}}, "bounded parameter"),

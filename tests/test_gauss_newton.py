@@ -55,6 +55,30 @@ def test_settling_finds_the_least_squares_of_all_paths():
     assert (settle(far, HIDDEN) == HIDDEN).all()
 
 
+def test_one_unknown_settles():
+    slopes = SLOPES[:, :1]
+    off = picture(np.random.default_rng(6))
+    exact = HIDDEN[:1] - np.linalg.lstsq(slopes, off, rcond=None)[0]
+    near = [
+        Linear(u, slopes @ (u - HIDDEN[:1]) + off, slopes)
+        for u in (HIDDEN[:1] - 0.03, HIDDEN[:1] + 0.01)
+    ]
+    assert settle(near, HIDDEN[:1]) == pytest.approx(exact, abs=1e-5)
+
+
+def test_unknowns_that_change_nothing_stay_and_are_not_told():
+    for count in (1, UNKNOWNS):
+        u = HIDDEN[:count]
+        off = picture(np.random.default_rng(7))
+        near = [Linear(u, off, np.zeros((len(off), count)))] * 2
+        assert (settle(near, u) == u).all()
+        deviations, weak, partners = identify(pool(near, u), 0.01, LABELS[:count])
+        assert weak.all()
+        assert np.isfinite(deviations).all()
+        assert (deviations > 1.0).all()
+        assert not any(partners)
+
+
 def test_settling_stays_within_bounds():
     u = np.array([0.02, 0.5, 0.5, 0.5])
     beyond = [Linear(u, SLOPES @ (u + 0.05), SLOPES) for _ in range(2)]

@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 
 from plycloth import _plycloth
 from plycloth._check import (
+    ParameterError,
     choice,
     integer,
     optional,
@@ -158,7 +159,7 @@ def fit(
         least as large as the grid.
     free
         Names of the parameters to look for: fields of PlyBsdf, for both yarns ("eta") or for one
-        ("warp.base_color"). None: all.
+        ("warp.base_color"). None: all. It may be empty if exposure or falloff is looked for.
     bounds
         Ranges for some parameters, as {"roughness": (0.1, 0.5)}; in the units of PlyBsdf.
     tie
@@ -196,7 +197,8 @@ def fit(
     ------
     ParameterError
         If the scenes show different fabrics, a fabric has colours of its own or yarns that are not
-        plies, an image has the wrong shape, NaN or is black, or a name or range is wrong.
+        plies, an image has the wrong shape, NaN or is black, a name or range is wrong, or nothing
+        is left to look for.
     """
     all_scenes = scene_list(scenes)
     cells = _cells("cells", cells) if _objective("objective", objective) == "grid" else 1
@@ -205,6 +207,8 @@ def fit(
     start = _Point(bsdfs, start_lenses(lenses, len(all_scenes)))
     camera = lens_unknowns(exposure, _falloff("falloff", falloff), len(all_scenes))
     optical = unknowns(free, tie=tie, bounds=bounds or {})
+    if not optical and not camera:
+        raise ParameterError("free must name at least one parameter if the lens is known")
     problem = _Problem(
         scenes=all_scenes,
         targets=targets,

@@ -104,8 +104,8 @@ def settle(seen: Sequence[Linear], u: FloatArray) -> FloatArray:
     if len(near) < 2:
         return u
     pooled = pool(near, u)
-    lowest, *_, highest = np.linalg.eigvalsh(pooled.curvature)
-    damping = max(-2.0 * lowest, LAST_DAMPING * highest)
+    curvatures = np.linalg.eigvalsh(pooled.curvature)
+    damping = max(-2.0 * curvatures[0], LAST_DAMPING * curvatures[-1])
     curvature = pooled.curvature + damping * np.eye(len(u))
     bounds = np.maximum(0.0, u - LINEAR_RADIUS), np.minimum(1.0, u + LINEAR_RADIUS)
     return _model_minimum(pooled.gradient, curvature, u, bounds)

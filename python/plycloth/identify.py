@@ -11,6 +11,8 @@ FloatArray = NDArray[np.float64]
 
 # Directions that change the picture less than this (relative to the strongest) are unidentifiable.
 LEAST_SENSITIVITY = 1e-3
+# Where no unknown changes the pictures at all, there still is something to divide by.
+LEAST_CURVATURE = 1e-60
 # Errors of unknowns that are more correlated than this are said to trade with each other.
 LEAST_CORRELATION = 0.5
 MOST_PARTNERS = 3
@@ -39,7 +41,7 @@ def identify(
         Names of the unknowns.
     """
     curvatures, directions = np.linalg.eigh(pooled.curvature)
-    strongest = max(float(curvatures[-1]), np.finfo(float).tiny)
+    strongest = max(float(curvatures[-1]), LEAST_CURVATURE)
     floor = max(LEAST_SENSITIVITY**2 * strongest, -2.0 * float(curvatures[0]))
     weak = curvatures < floor
     told = (directions / np.maximum(curvatures, floor)) @ directions.T
