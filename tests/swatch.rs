@@ -7,8 +7,9 @@ use common::whole::{QUANTUM, WholeCloth};
 use common::{cloth, flat, plain, round};
 use glam::DVec3;
 use plycloth::accel::ray::Ray;
-use plycloth::cloth::spec::{ClothSpec, YarnShape};
+use plycloth::cloth::spec::{ClothSpec, YarnShape, YarnSpec};
 use plycloth::cloth::swatch::Swatch;
+use plycloth::cloth::twist::Twist;
 use plycloth::cloth::yarn_path::YarnSet;
 use plycloth::control::Control;
 use plycloth::math::rng::Sampler;
@@ -330,11 +331,52 @@ fn far_cameras_see_what_near_ones_see() {
     }
 }
 
+/// Times that a ply comes to the top of the end at x = 0.5, seen along its middle.
+fn tops(swatch: &Swatch, length: f64) -> usize {
+    let (mut count, mut was_top) = (0, true);
+    let steps = (200.0 * length) as u32;
+    for step in 0..steps {
+        let y = length * ((f64::from(step) + 0.5) / f64::from(steps) - 0.5);
+        let ray = Ray { origin: DVec3::new(0.5, y, 3.0), direction: DVec3::NEG_Z };
+        let hit = swatch.nearest(&ray);
+        if hit.is_some_and(|hit| hit.set == YarnSet::Weft) {
+            continue;
+        }
+        // Between two plies the ray falls through, or on another at the bottom.
+        let is_top = hit.is_some_and(|hit| hit.t < 3.0);
+        count += usize::from(is_top && !was_top);
+        was_top = is_top;
+    }
+    count
+}
+
+#[test]
+fn plies_turn_as_often_as_their_pitch_says() {
+    let length = 600.0;
+    let thread = YarnShape::Round { radius: 1e-3, plies: 1, ply_radius: 1e-3, pitch: 1.0 };
+    for plies in [2, 3, 5] {
+        for pitch in [0.9, 2.0, -3.3, 6.6, 8.25, 23.0, 50.0] {
+            let mut spec = plain(thread);
+            spec.warp.shape = YarnShape::Round { radius: 0.2, plies, ply_radius: 0.03, pitch };
+            let counted = tops(&swatch(&spec, [4.0, length]), length) as f64;
+            let expected = plies as f64 * length / pitch.abs();
+            let off = (counted - expected).abs();
+            assert!(off <= 0.02 * expected + 1.5, "{plies} {pitch}: {counted} {expected}");
+        }
+    }
+}
+
 /// Many tiles away the cloth is the same.
 #[test]
 fn tiles_repeat_all_over_the_swatch() {
     let spec = uneven();
-    let repeats = [8.0 * 3.5, 8.0 * 1.85];
+    let [ends, picks] = [&spec.warp, &spec.weft];
+    // Yarns repeat, as seen in the direction across them, when those that cross them do.
+    let length = |own: &YarnSpec, other: &YarnSpec| {
+        let repeats = Twist::new(&other.shape, &own.spacing).repeats(own.spacing.len());
+        repeats as f64 * own.spacing.iter().sum::<f64>()
+    };
+    let repeats = [length(ends, picks), length(picks, ends)];
     let swatch = swatch(&spec, [200.0 * repeats[0], 200.0 * repeats[1]]);
     let mut hits = 0;
     for number in 0..2_000 {

@@ -31,7 +31,8 @@ class RoundYarn(Description):
     pitch_mm
         Length along the yarn of one full turn of the plies, in millimetres, not 0. Positive is
         a right-handed helix (Z twist: counter-clockwise towards who looks against the yarn's
-        direction), negative a left-handed one (S twist). None: 8 radii.
+        direction), negative a left-handed one (S twist). None: 8 radii. A swatch rounds it by at
+        most 2% (docs/conventions.md has the limits), so that its pieces repeat.
     ply_radius_mm
         Radius of one ply in millimetres, greater than 0. None: as large as fits, which is also
         the upper bound; see `ply_radius`.

@@ -49,18 +49,17 @@ impl<'a> Layout<'a> {
     pub fn new(spec: &'a ClothSpec, curves: [&[HeightCurve]; 2], size: [f64; 2]) -> Self {
         let unit = spec.unit();
         let yarns = [&spec.warp, &spec.weft];
-        let mean = |spacing: &[f64]| spacing.iter().sum::<f64>() / spacing.len() as f64;
         let sets = [0, 1].map(|axis| {
             let (spec, crossing) = (yarns[axis], yarns[1 - axis]);
             let period = spec.spacing.len();
-            let other = Twist::new(&crossing.shape, mean(&spec.spacing));
+            let other = Twist::new(&crossing.shape, &spec.spacing);
             let whole = period * other.repeats(period);
             let needed = (size[axis] / spec.spacing.iter().sum::<f64>()).ceil() as usize * period;
             YarnLayout {
                 spec,
                 knots: curves[axis].iter().map(quantised).collect(),
                 count: needed.min(whole),
-                twist: Twist::new(&spec.shape, mean(&crossing.spacing)),
+                twist: Twist::new(&spec.shape, &crossing.spacing),
                 neighbours: (spec.shape.reach() / min(&spec.spacing)).ceil() as i64,
             }
         });

@@ -127,7 +127,7 @@ mod tests {
                 let path = straight(set);
                 let middle = path.stations(2).next().unwrap().center;
                 let spokes: Vec<_> = path
-                    .ply(&shape, Twist::new(&shape, 1.0), 0)
+                    .ply(&shape, Twist::new(&shape, &[1.0]), 0)
                     .iter()
                     .map(|joint| (joint.point - middle).reject_from(axis))
                     .collect();

@@ -83,8 +83,7 @@ impl WholeCloth {
                     YarnSet::Warp => (&relaxed.warp, spec.warp.shape, turned(&spec, size[1])),
                     YarnSet::Weft => (&relaxed.weft, spec.weft.shape, 0),
                 };
-                let mean = crossing.spacing.iter().sum::<f64>() / crossing.spacing.len() as f64;
-                let twist = Twist::new(&shape, mean);
+                let twist = Twist::new(&shape, crossing.spacing);
                 let path = YarnPath {
                     set,
                     offset: own.start(yarn) + 0.5 * own.slot(yarn),
@@ -160,7 +159,7 @@ impl WholeCloth {
 fn turned(spec: &ClothSpec, height: f64) -> i64 {
     let picks = spec.weft.spacing.len();
     let repeat: f64 = spec.weft.spacing.iter().sum();
-    let twist = Twist::new(&spec.warp.shape, repeat / picks as f64);
+    let twist = Twist::new(&spec.warp.shape, &spec.weft.spacing);
     let covering = (height / repeat).ceil() as usize;
     (picks * covering.min(twist.repeats(picks))) as i64
 }
