@@ -3,7 +3,7 @@
 mod common;
 
 use common::rays::direction;
-use common::whole::{QUANTUM, WholeCloth};
+use common::whole::{WholeCloth, quantum};
 use common::{cloth, flat, plain, round};
 use glam::DVec3;
 use plycloth::accel::ray::Ray;
@@ -267,7 +267,10 @@ fn yarns_follow_their_relaxed_curves() {
             let (height, _) = thin.warp[end].eval((y + 0.5 * size[1]) / unit);
             if hit.place.set == YarnSet::Warp {
                 let expected = height * unit + 1e-3;
-                assert!((3.0 - hit.t - expected).abs() < 2.0 * QUANTUM, "{hit:?} {expected}");
+                assert!(
+                    (3.0 - hit.t - expected).abs() < 2.0 * quantum(&spec),
+                    "{hit:?} {expected}"
+                );
                 assert_eq!(hit.place.yarn, end);
             }
         }
@@ -275,14 +278,18 @@ fn yarns_follow_their_relaxed_curves() {
     }
 }
 
-/// Seen from above, the yarn on top of each crossing is the one of the drawdown.
-#[test]
-fn the_face_shows_the_drawdown_with_the_first_pick_at_the_top() {
-    let mut spec = cloth([3, 4], |pick, end| (pick + end) % 4 < 2, flat());
+/// A cloth whose spacings all differ, 3 picks and 4 ends.
+fn wide(shape: YarnShape) -> ClothSpec {
+    let mut spec = cloth([3, 4], |pick, end| (pick + end) % 4 < 2, shape);
     spec.warp.spacing = vec![1.0, 1.2, 1.4, 1.1];
     spec.weft.spacing = vec![1.3, 1.0, 1.5];
+    spec
+}
+
+/// Seen from above, the yarn on top of each crossing is the one of the drawdown.
+fn shows_its_drawdown(spec: &ClothSpec) {
     let size = [2.0 * 4.7, 2.0 * 3.8];
-    let swatch = swatch(&spec, size);
+    let swatch = swatch(spec, size);
     let mut y = 0.5 * size[1];
     for pick in 0..6 {
         y -= 0.5 * spec.weft.spacing[pick % 3];
@@ -298,6 +305,28 @@ fn the_face_shows_the_drawdown_with_the_first_pick_at_the_top() {
             x += 0.5 * spec.warp.spacing[end % 4];
         }
         y -= 0.5 * spec.weft.spacing[pick % 3];
+    }
+}
+
+#[test]
+fn the_face_shows_the_drawdown_with_the_first_pick_at_the_top() {
+    shows_its_drawdown(&wide(flat()));
+}
+
+/// However thin the yarns are.
+#[test]
+fn thin_yarns_lie_in_the_order_of_the_drawdown() {
+    let round = |radius| YarnShape::Round { radius, plies: 1, ply_radius: radius, pitch: 1.0 };
+    let flat = |thickness| YarnShape::Flat { width: 0.9, thickness };
+    for radius in [1e-3, 4e-4, 1e-5, 1e-7] {
+        let (thread, ribbon) = (round(radius), flat(2.0 * radius));
+        for (warp, weft) in [(thread, thread), (ribbon, ribbon), (thread, ribbon), (ribbon, thread)]
+        {
+            println!("{warp:?} {weft:?}");
+            let mut spec = wide(warp);
+            spec.weft.shape = weft;
+            shows_its_drawdown(&spec);
+        }
     }
 }
 

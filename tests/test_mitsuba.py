@@ -14,8 +14,6 @@ from plycloth import mitsuba as to  # noqa: E402
 # --- One yarn before the camera ---------------------------------------------------------------
 
 RADIUS = 0.3
-# Heights are rounded to this part of the spacing (docs/conventions.md).
-HEIGHT_QUANTA = 1024
 RESOLUTION = (16, 16)
 SURROUNDINGS = pc.EnvironmentLight(
     # Smooth, since Mitsuba interpolates; different in every direction.
@@ -54,14 +52,14 @@ def one_yarn(yarn):
     """A swatch in which only one end is ever seen, straight along y, and its height.
 
     A weave needs a pick: it is black and a ten-millionth of the end's length wide, so that no path
-    in a million meets it. With the same side up at every crossing, nothing bends the end.
+    in a million meets it. With the same side up at every crossing, nothing bends the end. Where a
+    yarn is that thin, heights are rounded by next to nothing.
     """
     thread = pc.FlatYarn(1e-6, pc.DiffuseBsdf(0.0), thickness_mm=1e-6)
     fabric = pc.Fabric(pc.WeavePattern([[True]]), yarn, thread, 1.0, 10.0)
     relaxed = fabric.relaxed()
     assert np.ptp(relaxed.warp_height) < 1e-9
-    quanta = np.round(relaxed.warp_height[0, 0] * HEIGHT_QUANTA)
-    return pc.Swatch(fabric), quanta / HEIGHT_QUANTA * fabric.unit_mm
+    return pc.Swatch(fabric), relaxed.warp_height[0, 0] * fabric.unit_mm
 
 
 def ours_of(swatch, height, camera, lights, spp, max_depth):

@@ -12,7 +12,13 @@ const BLOCK_CROSSINGS: usize = 2;
 
 /// Heights and slopes are rounded to this part of the mean spacing (of one), so that blocks that look
 /// the same compare equal: relaxation lets the yarns of a large pattern drift by less than shows.
-const HEIGHT_QUANTUM: f64 = 1.0 / 1024.0;
+const COARSEST_QUANTUM: f64 = 1.0 / 1024.0;
+
+/// At most this part of the thinner yarns' collision radius is rounded away: they stay in order.
+const QUANTUM_OF_RADIUS: f64 = 1.0 / 16.0;
+
+/// Heights are no larger numbers than what is exact in double precision.
+const FINEST_QUANTUM: f64 = 1.0 / (1u64 << 50) as f64;
 
 /// One direction of yarns over the tile.
 struct YarnLayout<'a> {
@@ -41,7 +47,9 @@ pub struct Layout<'a> {
     sets: [YarnLayout<'a>; 2],
     /// The shapes of its yarns.
     pub forms: YarnForms,
+    /// The rounding of heights, relative to the mean spacing, and of slopes.
     quantum: f64,
+    unit: f64,
 }
 
 impl<'a> Layout<'a> {
@@ -49,6 +57,8 @@ impl<'a> Layout<'a> {
     pub fn new(spec: &'a ClothSpec, curves: [&[HeightCurve]; 2], size: [f64; 2]) -> Self {
         let unit = spec.unit();
         let yarns = [&spec.warp, &spec.weft];
+        let radii = yarns.map(|set| set.shape.collision_radius() / unit);
+        let quantum = quantum(radii[0].min(radii[1]));
         let sets = [0, 1].map(|axis| {
             let (spec, crossing) = (yarns[axis], yarns[1 - axis]);
             let period = spec.spacing.len();
@@ -57,7 +67,7 @@ impl<'a> Layout<'a> {
             let needed = (size[axis] / spec.spacing.iter().sum::<f64>()).ceil() as usize * period;
             YarnLayout {
                 spec,
-                knots: curves[axis].iter().map(quantised).collect(),
+                knots: curves[axis].iter().map(|curve| quantised(curve, quantum)).collect(),
                 count: needed.min(whole),
                 twist: Twist::new(&spec.shape, &crossing.spacing),
                 neighbours: (spec.shape.reach() / min(&spec.spacing)).ceil() as i64,
@@ -67,7 +77,7 @@ impl<'a> Layout<'a> {
             warp: (spec.warp.shape, sets[0].twist),
             weft: (spec.weft.shape, sets[1].twist),
         };
-        Self { sets, forms, quantum: HEIGHT_QUANTUM * unit }
+        Self { sets, forms, quantum, unit }
     }
 
     /// The edges of its blocks along x and y.
@@ -100,7 +110,7 @@ impl<'a> Layout<'a> {
         let heights =
             self.sets.iter().flat_map(|set| set.knots.iter().flatten().map(|knot| knot[0]));
         let range = heights.fold([0, 0], |[low, high], h| [low.min(h), high.max(h)]);
-        range.map(|h| h as f64 * self.quantum)
+        range.map(|h| self.height(h))
     }
 
     /// The plan of a block, a key that equal plans share, and the height that the plan is seen from:
@@ -126,7 +136,7 @@ impl<'a> Layout<'a> {
                 yarns.push(((yarn - first) as i32, path));
             }
         }
-        Placed { key, plan: BlockPlan { size, yarns }, height: base as f64 * self.quantum }
+        Placed { key, plan: BlockPlan { size, yarns }, height: self.height(base) }
     }
 
     /// The stretch of a yarn past a block; what it depends on is added to `key`.
@@ -155,12 +165,15 @@ impl<'a> Layout<'a> {
         key.extend([phase, offset.to_bits() as i64]);
         key.extend(slots.iter().map(|slot| slot.to_bits() as i64));
         key.extend(knots.iter().flatten());
-        let real = |[height, slope]: [i64; 2]| {
-            (height as f64 * self.quantum, slope as f64 * HEIGHT_QUANTUM)
-        };
+        let real = |[height, slope]: [i64; 2]| (self.height(height), slope as f64 * self.quantum);
         let start = -slots[..margin as usize].iter().sum::<f64>();
         let knots = knots.into_iter().map(real).collect();
         YarnPath { set: direction, offset, start, slots, knots, phase }
+    }
+
+    /// Quanta of height in millimetres.
+    fn height(&self, quanta: i64) -> f64 {
+        quanta as f64 * self.quantum * self.unit
     }
 }
 
@@ -194,8 +207,15 @@ fn lowered([height, slope]: [i64; 2], base: i64) -> [i64; 2] {
     [height - base, slope]
 }
 
-fn quantised(curve: &HeightCurve) -> Vec<[i64; 2]> {
-    let round = |value: f64| (value / HEIGHT_QUANTUM).round() as i64;
+/// The rounding for yarns of at least the given collision radius (of a mean spacing of one): a power
+/// of two.
+fn quantum(radius: f64) -> f64 {
+    let wanted = (QUANTUM_OF_RADIUS * radius).max(FINEST_QUANTUM);
+    COARSEST_QUANTUM.min(wanted.log2().floor().exp2())
+}
+
+fn quantised(curve: &HeightCurve, quantum: f64) -> Vec<[i64; 2]> {
+    let round = |value: f64| (value / quantum).round() as i64;
     curve.height.iter().zip(&curve.slope).map(|(&h, &slope)| [round(h), round(slope)]).collect()
 }
 

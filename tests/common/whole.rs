@@ -10,8 +10,16 @@ use plycloth::control::Control;
 use plycloth::weave::curve::HeightCurve;
 use plycloth::weave::relax::relax;
 
-/// The rounding of heights and slopes that the swatch documents.
-pub const QUANTUM: f64 = 1.0 / 1024.0;
+/// The rounding of heights and slopes that the swatch documents: 1/1024, halved until it is at most a
+/// sixteenth of the thinner yarns' radius.
+pub fn quantum(spec: &ClothSpec) -> f64 {
+    let radii = [spec.warp.shape, spec.weft.shape].map(|shape| match shape {
+        YarnShape::Round { radius, .. } => radius,
+        YarnShape::Flat { thickness, .. } => 0.5 * thickness,
+    });
+    let least = radii[0].min(radii[1]) / spec.unit();
+    (10..).map(|power| 0.5_f64.powi(power)).find(|quantum| 16.0 * quantum <= least).unwrap()
+}
 
 pub enum Piece {
     Cylinder(Cylinder),
@@ -75,7 +83,7 @@ impl WholeCloth {
         let around = 4;
         let columns = -around..ends.covering(size[0]) + around;
         let rows = -picks.covering(size[1]) - around..around;
-        let unit = spec.unit();
+        let (unit, quantum) = (spec.unit(), quantum(&spec));
         let (mut pieces, mut numbers) = (Vec::new(), Vec::new());
         let mut add =
             |set, yarn: i64, (own, crossing): (&Row, &Row), range: &std::ops::Range<i64>| {
@@ -89,7 +97,7 @@ impl WholeCloth {
                     offset: own.start(yarn) + 0.5 * own.slot(yarn),
                     start: crossing.start(range.start),
                     slots: range.clone().map(|i| crossing.slot(i)).collect(),
-                    knots: knots(&curves[own.index(yarn)], range, unit),
+                    knots: knots(&curves[own.index(yarn)], range, unit, quantum),
                     phase: twist.phase(range.start + phase_offset),
                 };
                 for (ply, piece) in shapes(&path, shape, twist) {
@@ -165,8 +173,13 @@ fn turned(spec: &ClothSpec, height: f64) -> i64 {
 }
 
 /// Rounded heights and slopes at the start and the middle of each slot, and at the end.
-fn knots(curve: &HeightCurve, range: &std::ops::Range<i64>, unit: f64) -> Vec<(f64, f64)> {
-    let round = |value: f64| (value / QUANTUM).round() * QUANTUM;
+fn knots(
+    curve: &HeightCurve,
+    range: &std::ops::Range<i64>,
+    unit: f64,
+    quantum: f64,
+) -> Vec<(f64, f64)> {
+    let round = |value: f64| (value / quantum).round() * quantum;
     (2 * range.start..=2 * range.end)
         .map(|knot| {
             let i = knot.rem_euclid(curve.knots.len() as i64) as usize;
