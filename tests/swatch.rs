@@ -368,7 +368,7 @@ fn tops(swatch: &Swatch, length: f64) -> usize {
         let y = length * ((f64::from(step) + 0.5) / f64::from(steps) - 0.5);
         let ray = Ray { origin: DVec3::new(0.5, y, 3.0), direction: DVec3::NEG_Z };
         let hit = swatch.nearest(&ray);
-        if hit.is_some_and(|hit| hit.set == YarnSet::Weft) {
+        if hit.is_some_and(|hit| hit.place.set == YarnSet::Weft) {
             continue;
         }
         // Between two plies the ray falls through, or on another at the bottom.

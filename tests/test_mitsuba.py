@@ -209,6 +209,12 @@ def test_woven_swatch(light, plies, tmp_path):
     assert (np.abs(a - b) < 2e-2 * b.mean() + 4.5 * np.sqrt(variance)).all()
 
 
+def test_paths_end_by_chance_alone_in_both_programs(tmp_path):
+    scene = pc.Scene(woven(1), CAMERAS["perspective"], [LIGHTS["constant"]])
+    assert to.to_mitsuba(scene, tmp_path)["integrator"]["max_depth"] == -1
+    assert to.to_mitsuba(scene, tmp_path, max_depth=4)["integrator"]["max_depth"] == 4
+
+
 def blocks(mean, variance, size=8):
     """Averages over squares of pixels."""
     shape = (mean.shape[0] // size, size, mean.shape[1] // size, size)

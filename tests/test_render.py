@@ -115,6 +115,29 @@ def test_depth_one_sees_lights_alone():
     assert pixels[4, 4].max() < 0.4
 
 
+def test_cloth_that_absorbs_nothing_loses_no_light():
+    """However often it is scattered. Smooth plies, since rough ones mask some of their light."""
+    white = pc.PlyBsdf(
+        specular_tint=1,
+        transmission_tint=1,
+        base_color=1,
+        transmitted_color=1,
+        roughness=0.01,
+        exit_roughness=0.01,
+    )
+    yarn = pc.RoundYarn(0.11, white)
+    fabric = plain_fabric(warp=yarn, weft=yarn, weft_spacing_mm=0.25)
+    camera = pc.OrthographicCamera((0, 0, 5), (0, 0, 0), width_mm=1.0, resolution=(32, 32))
+    sky = pc.Scene(pc.Swatch(fabric, (20.0, 20.0)), camera, (pc.ConstantLight(1.0),))
+    pixels = pc.render(sky, spp=64, progress=False)
+    # The channels of a pixel are the same.
+    error = np.sqrt(pixels.variance[..., 0].sum(dtype=float)) / pixels.pixels[..., 0].size
+    assert error < 0.01
+    assert abs(pixels.pixels.mean(dtype=float) - 1.0) < 0.005 + 4.0 * error
+    shortened = pc.render(sky, spp=64, max_depth=8, progress=False)
+    assert shortened.pixels.mean() < 0.95
+
+
 def test_a_draft_is_seen_as_it_is_drawn():
     """White warp over black weft, from above: bright where the drawdown is."""
     warp_up = np.array([[1, 1, 0, 0, 0], [0, 0, 0, 1, 0], [1, 0, 0, 0, 0], [0, 0, 1, 0, 1]], bool)

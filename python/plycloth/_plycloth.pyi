@@ -33,13 +33,15 @@ class CompiledScene:
         grid: tuple[int, int],
         paths: int,
         seed: int,
-        max_depth: int,
+        max_depth: int | None,
         threads: int | None = None,
     ) -> npt.NDArray[np.float64]: ...
 
 @final
 class CompiledFilm:
-    def __new__(cls, scene: CompiledScene, seed: int, max_depth: int, both_sides: bool) -> Self: ...
+    def __new__(
+        cls, scene: CompiledScene, seed: int, max_depth: int | None, both_sides: bool
+    ) -> Self: ...
     def run(
         self,
         scene: CompiledScene,
@@ -63,7 +65,7 @@ class CompiledTape:
         grid: tuple[int, int],
         paths: int,
         seed: int,
-        max_depth: int,
+        max_depth: int | None,
         threads: int | None = None,
         progress: Callable[[int], None] | None = None,
     ) -> Self: ...

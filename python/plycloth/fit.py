@@ -70,6 +70,7 @@ MOST_STANDSTILLS = 4
 STATED_NOISE = 0.01
 
 _count = integer(1, 10**6)
+_depth = optional(integer(1, 10**6))
 _cells = integer(1, 256)
 _paths = integer(1, 2 * _plycloth.CompiledTape.MAX_PATHS)
 _objective = choice(*OBJECTIVES)
@@ -140,7 +141,7 @@ def fit(
     paths: int = 128,
     rounds: int = 12,
     evaluations: int = 6,
-    max_depth: int = 8,
+    max_depth: int | None = None,
     seed: int = 0,
     threads: int | None = None,
     progress: Progress = None,
@@ -214,7 +215,7 @@ def fit(
         targets=targets,
         space=_Space(start, optical, camera),
         paths=max(1, _paths("paths", paths) // 2),
-        max_depth=_count("max_depth", max_depth),
+        max_depth=_depth("max_depth", max_depth),
         weights=picture_weights(weights, len(all_scenes)),
         threads=_threads("threads", threads),
     )
@@ -231,7 +232,7 @@ class _Problem:
     targets: Sequence[FloatArray]
     space: _Space
     paths: int
-    max_depth: int
+    max_depth: int | None
     weights: Sequence[float]
     threads: int | None
 

@@ -204,7 +204,7 @@ class FitResult:
         picture: int = 0,
         paths: int = 128,
         seed: int = 0,
-        max_depth: int = 8,
+        max_depth: int | None = None,
         threads: int | None = None,
     ) -> FloatArray:
         """Return the cell averages, cells x cells x 3, that the fit predicts for a scene.

@@ -28,12 +28,14 @@ from plycloth.yarn import RoundYarn, Yarn
 Array = NDArray[np.float64]
 Plugin = dict[str, Any]
 
+# Mitsuba's word for paths that end by chance alone.
+UNLIMITED = -1
 # As in plycloth's core (src/cloth/twist.rs).
 SEGMENTS_PER_TURN = 16
 LEAST_SEGMENTS = 8
 
 
-def to_mitsuba(scene: Scene, folder: str | Path, *, max_depth: int = 8) -> Plugin:
+def to_mitsuba(scene: Scene, folder: str | Path, *, max_depth: int | None = None) -> Plugin:
     """Describe `scene` as a dictionary for `mitsuba.load_dict`.
 
     Plies become `linearcurve` shapes, whose joints are spheres where those of plycloth are
@@ -57,7 +59,7 @@ def to_mitsuba(scene: Scene, folder: str | Path, *, max_depth: int = 8) -> Plugi
     """
     plugin = {
         "type": "scene",
-        "integrator": {"type": "path", "max_depth": max_depth},
+        "integrator": {"type": "path", "max_depth": UNLIMITED if max_depth is None else max_depth},
         "sensor": camera(scene.camera),
     }
     plugin |= {f"light_{i}": light(each) for i, each in enumerate(scene.lights)}

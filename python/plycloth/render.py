@@ -1,7 +1,7 @@
 """Pictures of scenes by path tracing."""
 
 from plycloth import _plycloth
-from plycloth._check import instance, integer
+from plycloth._check import instance, integer, optional
 from plycloth.image import Image
 from plycloth.progress import Progress, reporting
 from plycloth.scene import Scene
@@ -10,7 +10,7 @@ MAX_SEED = 2**64 - 1
 MAX_COUNT = 2**32 - 1
 
 _spp = integer(1, MAX_COUNT)
-_depth = integer(1, MAX_COUNT)
+_depth = optional(integer(1, MAX_COUNT))
 _both_sides = instance(bool)
 _seed = integer(0, MAX_SEED)
 _threads = integer(1, 1024)
@@ -31,7 +31,8 @@ class Renderer:
         Pictures with different seeds have independent noise; 0 to 2^64 - 1.
     max_depth
         Segments of the longest path, at least 1: 1 shows lights alone, 2 adds direct light. A ply
-        counts once, whether light bounces off it or passes through.
+        counts once, whether light bounces off it or passes through. None: paths end by chance
+        alone, and no light is lost. A preview may ask for less: 8 lose 1 to 7% in bright cloth.
     both_sides
         Whether light is looked for on both sides of every ply: less noise where it comes from
         behind the cloth, for more time per sample.
@@ -51,7 +52,7 @@ class Renderer:
         scene: Scene,
         *,
         seed: int = 0,
-        max_depth: int = 8,
+        max_depth: int | None = None,
         both_sides: bool = False,
         threads: int | None = None,
     ) -> None:
@@ -109,7 +110,7 @@ def render(
     *,
     spp: int = 16,
     seed: int = 0,
-    max_depth: int = 8,
+    max_depth: int | None = None,
     both_sides: bool = False,
     threads: int | None = None,
     progress: Progress = None,

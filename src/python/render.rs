@@ -20,10 +20,9 @@ use crate::render::tape::{Tape, parameter};
 /// Segments before Russian roulette sets in, as in Mitsuba.
 const ROULETTE_DEPTH: u32 = 5;
 
-/// How likely every lobe is at least in paths that are evaluated for other parameters.
-const LOBE_FLOOR: f64 = 0.05;
-
-fn limits(max_depth: u32, both_sides: bool, lobe_floor: f64) -> PathLimits {
+/// Without a depth, roulette alone ends paths.
+fn limits(max_depth: Option<u32>, both_sides: bool, lobe_floor: f64) -> PathLimits {
+    let max_depth = max_depth.unwrap_or(u32::MAX);
     PathLimits { max_depth, roulette_depth: ROULETTE_DEPTH, both_sides, lobe_floor }
 }
 
@@ -61,7 +60,7 @@ impl CompiledScene {
         grid: [usize; 2],
         paths: u32,
         seed: u64,
-        max_depth: u32,
+        max_depth: Option<u32>,
         threads: Option<usize>,
     ) -> PyResult<Bound<'py, PyArray3<f64>>> {
         let cells =
@@ -80,7 +79,13 @@ pub struct CompiledFilm(Film);
 #[pymethods]
 impl CompiledFilm {
     #[new]
-    fn new(scene: &CompiledScene, seed: u64, max_depth: u32, both_sides: bool) -> Result<Self> {
+    #[pyo3(signature = (scene, seed, max_depth, both_sides))]
+    fn new(
+        scene: &CompiledScene,
+        seed: u64,
+        max_depth: Option<u32>,
+        both_sides: bool,
+    ) -> Result<Self> {
         Ok(Self(Film::new(&scene.0, seed, limits(max_depth, both_sides, 0.0))?))
     }
 
@@ -158,7 +163,7 @@ impl CompiledTape {
         grid: [usize; 2],
         paths: u32,
         seed: u64,
-        max_depth: u32,
+        max_depth: Option<u32>,
         threads: Option<usize>,
         progress: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
