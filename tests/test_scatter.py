@@ -1,4 +1,5 @@
 import pickle
+from dataclasses import replace
 
 import numpy as np
 import plycloth as pc
@@ -86,6 +87,59 @@ def test_ribbon_values_integrate_to_its_sampled_weights():
     _, weights = RIBBON.sample(wo)
     error = np.sqrt((values.var(axis=0) + weights.var(axis=0)) / n)
     assert (np.abs(values.mean(axis=0) - weights.mean(axis=0)) < 4 * error).all()
+
+
+WHITE = pc.PlyBsdf(base_color=1, transmitted_color=1, body_reflection=1)
+
+
+def inclined(degrees, count):
+    angle = np.radians(degrees)
+    return repeated([np.sin(angle), 0.0, np.cos(angle)], count)
+
+
+def smooth(**changes):
+    """White, with one roughness for both interfaces."""
+    roughness = changes.pop("roughness")
+    return replace(WHITE, roughness=roughness, exit_roughness=roughness, **changes)
+
+
+@pytest.mark.parametrize("roughness", [0.001, 0.05, 0.2])
+@pytest.mark.parametrize("extinction", [0.0, 10.0, 1e6])
+@pytest.mark.parametrize("reflection", [0.5, 1.0])
+def test_uniform_light_is_never_returned_brighter(roughness, extinction, reflection):
+    n = 20_000
+    bsdf = smooth(roughness=roughness, extinction=extinction, body_reflection=reflection)
+    for degrees in (0, 45, 80, 89.5):
+        weights = pc.PlyLobes(bsdf).sample(inclined(degrees, n))[1][:, 0]
+        assert weights.mean() < 1.0 + 1e-6 + 4.0 * weights.std() / np.sqrt(n)
+
+
+def returned(bsdf, degrees, n=100_000):
+    """The part of one directional light that a ribbon scatters to all sides, and its error.
+
+    Mirrored and refracted light is reciprocal: its part is that of uniform light seen from there.
+    """
+    wi = inclined(degrees, n)
+    black = pc.PlyLobes(replace(bsdf, base_color=0, transmitted_color=0))
+    mirrored = black.sample(wi)[1][:, 0]
+    u, turn, side = np.random.default_rng(1).random((3, n))
+    turn *= 2 * np.pi
+    cos = np.where(side < 0.5, 1, -1) * np.sqrt(1 - u)
+    wo = np.stack([np.sqrt(u) * np.cos(turn), np.sqrt(u) * np.sin(turn), cos], axis=1)
+    body = pc.PlyLobes(replace(bsdf, specular_tint=0)).eval(wo, wi, passages=8)[:, 0]
+    # The density of wo is |cos| / (2 pi).
+    scattered = 2 * np.pi * body / wi[:, 2]
+    return mirrored.mean() + scattered.mean(), np.hypot(mirrored.std(), scattered.std()) / n**0.5
+
+
+@pytest.mark.parametrize(
+    ("degrees", "roughness", "extinction", "part"),
+    [(89.5, 0.05, 10, 1.16), (89.5, 0.05, 1e6, 1.38), (89.5, 0.001, 1e6, 1.81), (0, 0.2, 0, 1.17)],
+)
+def test_one_light_is_returned_by_as_much_as_is_documented(degrees, roughness, extinction, part):
+    found, error = returned(smooth(roughness=roughness, extinction=extinction), degrees)
+    assert error < 0.004
+    assert abs(found - part) < 0.005 + 4.0 * error
 
 
 def test_ribbon_looks_the_same_from_both_sides():

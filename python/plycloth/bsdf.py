@@ -44,8 +44,9 @@ class PlyBsdf(Description):
     exit_roughness
         beta_y, the same where light leaves.
     body
-        "conserving" for a body reflection that never returns more light than it receives,
-        "printed" for Eq. 12 as the paper prints it, which can.
+        "conserving" for a body reflection that never returns more than it receives of light that
+        is the same from all sides (of one directional light it may: docs/conventions.md has
+        figures), "printed" for Eq. 12 as the paper prints it, which can.
 
     Raises
     ------

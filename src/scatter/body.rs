@@ -4,7 +4,8 @@
 //! The paper approximates an isotropically scattering half-space by a single-scattering
 //! (Lommel-Seeliger) term plus a diffusion term that holds all scattering, the single one included;
 //! the sum creates energy. [`BodyKind::Printed`] is that sum, [`BodyKind::Conserving`] the exact
-//! solution for the same medium, whose first order is the Lommel-Seeliger term.
+//! solution for the same medium, whose first order is the Lommel-Seeliger term. By itself it is
+//! reciprocal and returns no more than it receives, from wherever that comes.
 
 use std::f64::consts::PI;
 

@@ -9,7 +9,9 @@
 //! The share B (Eq. 14) of the light that goes to the body depends on where the refracted ray comes
 //! out. Here a [`Passage`] samples that ray, and one microfacet at y whose Fresnel term is F_y; so
 //! the expectation of B is exactly what is refracted at x and not refracted again at y, whatever the
-//! roughness, and no parameters make a ply return more than it receives.
+//! roughness, and no parameters make a ply return more than it receives of light that is the same from
+//! all sides. F and B are those of the camera's side, as in the paper: of one directional light a ply
+//! may return more than all.
 
 use std::array;
 use std::f64::consts::FRAC_1_PI;
