@@ -31,8 +31,7 @@ fn satin(shape: YarnShape) -> ClothSpec {
 /// A yarn of `plies` that fits between others which are `spacing` apart.
 fn thin(plies: usize, spacing: f64, pitch: f64) -> YarnShape {
     let YarnShape::Round { radius, ply_radius, .. } = round(plies) else { unreachable!() };
-    let scale = spacing;
-    YarnShape::Round { radius: scale * radius, plies, ply_radius: scale * ply_radius, pitch }
+    YarnShape::round(spacing * radius, plies, spacing * ply_radius, pitch)
 }
 
 /// Two ribbons and three plies, all spacings different, 3 picks and 4 ends.
@@ -42,6 +41,16 @@ fn uneven() -> ClothSpec {
     spec.weft.spacing = vec![0.5, 0.8, 0.55];
     spec.weft.shape = thin(2, 0.5, 0.8);
     spec
+}
+
+/// The same yarn, `aspect` times wider than high.
+fn pressed(shape: YarnShape, aspect: f64) -> YarnShape {
+    let mut pressed = shape;
+    if let YarnShape::Round { radius, thickness, collision, .. } = &mut pressed {
+        *thickness = 2.0 * *radius / aspect;
+        *collision = *radius / aspect;
+    }
+    pressed
 }
 
 fn mixed() -> ClothSpec {
@@ -122,6 +131,42 @@ fn patterns_are_met_where_brute_force_says() {
 }
 
 #[test]
+fn pressed_yarns_are_met_where_brute_force_says() {
+    let mut two_aspects = uneven();
+    two_aspects.warp.shape = pressed(two_aspects.warp.shape, 1.6);
+    two_aspects.weft.shape = pressed(two_aspects.weft.shape, 2.5);
+    let mut with_ribbons = mixed();
+    with_ribbons.weft.shape = pressed(with_ribbons.weft.shape, 3.0);
+    let mut one_set = satin(thin(2, 1.0, -2.7));
+    one_set.warp.shape = pressed(one_set.warp.shape, 4.0);
+    for spec in [two_aspects, with_ribbons, one_set, plain(pressed(thin(1, 1.0, 1.0), 1.3))] {
+        let hits = compare(&spec, [5.5, 4.3], 1_500);
+        assert!(hits > 500, "{hits}");
+    }
+}
+
+/// A pressed yarn of one ply that runs straight is an elliptic cylinder.
+#[test]
+fn normals_of_a_pressed_yarn_are_those_of_an_ellipse() {
+    let yarn = pressed(YarnShape::round(0.4, 1, 0.4, 1.0), 4.0);
+    let mut spec = cloth([1, 1], |_, _| true, yarn);
+    spec.weft.shape = YarnShape::Flat { width: 0.1, thickness: 1e-3 };
+    let swatch = swatch(&spec, [1.0, 1.0]);
+    for step in 0..50 {
+        let x = 0.39 * (f64::from(step) / 25.0 - 1.0);
+        let ray = Ray { origin: DVec3::new(x, 0.1, 3.0), direction: DVec3::NEG_Z };
+        let hit = swatch.nearest(&ray).unwrap();
+        let gradient = DVec3::new(x / 0.16, 0.0, 0.1 * (1.0 - x * x / 0.16).sqrt() / 0.01);
+        assert!((hit.surface.normal - gradient.normalize()).length() < 1e-9, "{hit:?}");
+        assert!((hit.surface.tangent - DVec3::Y).length() < 1e-9, "{hit:?}");
+        let inner = Ray { origin: ray.at(hit.t), direction: DVec3::NEG_Z };
+        let (length, surface) = swatch.leave(&hit, &inner);
+        assert!((length - 0.2 * (1.0 - x * x / 0.16).sqrt()).abs() < 1e-9, "{length}");
+        assert!((surface.normal * DVec3::new(1.0, 1.0, -1.0) - hit.surface.normal).length() < 1e-9);
+    }
+}
+
+#[test]
 fn uneven_cloth_is_met_where_brute_force_says() {
     for spec in [uneven(), mixed()] {
         for size in [[3.5, 1.85], [1.1, 0.4], [8.3, 7.7], [2.0, 12.0]] {
@@ -161,7 +206,7 @@ fn rays_along_the_axes_are_met_where_brute_force_says() {
 #[test]
 fn what_enters_a_ply_leaves_it_on_its_surface() {
     let mut exits = 0;
-    for spec in [plain(thin(3, 0.9, 2.1)), satin(round(5)), uneven()] {
+    for spec in [plain(thin(3, 0.9, 2.1)), satin(pressed(round(5), 1.7)), uneven()] {
         let swatch = swatch(&spec, [6.0, 6.0]);
         let whole = WholeCloth::new(&spec, [6.0, 6.0]);
         for number in 0..3_000 {
@@ -191,7 +236,7 @@ fn what_enters_a_ply_leaves_it_on_its_surface() {
 #[test]
 fn yarns_follow_their_relaxed_curves() {
     let mut spec = uneven();
-    let thread = YarnShape::Round { radius: 1e-3, plies: 1, ply_radius: 1e-3, pitch: 1.0 };
+    let thread = YarnShape::round(1e-3, 1, 1e-3, 1.0);
     (spec.warp.shape, spec.weft.shape) = (thread, thread);
     let thin = relax(&spec.bottom_up().relax_problem(), &Control::default()).unwrap();
     let size = [2.0 * 3.5, 2.0 * 1.85];

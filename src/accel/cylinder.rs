@@ -74,7 +74,7 @@ impl Cylinder {
     pub fn leave(&self, ray: &Ray, t: f64) -> Leave {
         let (axis, offset) = (self.axis(), ray.origin - self.start.point);
         let (a, b, c) = quadratic(
-            axis.length_squared(),
+            [axis.length_squared(), ray.direction.length_squared()],
             [ray.direction.dot(axis), offset.dot(axis)],
             ray.direction.dot(offset),
             offset.length_squared() - self.radius * self.radius,
@@ -101,27 +101,34 @@ impl Cylinder {
     /// along the ply: the tangent runs from joint to joint, the radius is made perpendicular to it.
     #[inline]
     pub fn shading(&self, point: DVec3) -> (DVec3, DVec3) {
+        let (normal, tangent) = self.directions(point);
+        (normal.normalize(), tangent.normalize())
+    }
+
+    /// Normal and tangent of [`Cylinder::shading`] before they are made unit vectors.
+    #[inline]
+    pub fn directions(&self, point: DVec3) -> (DVec3, DVec3) {
         let axis = self.axis();
         let behind = self.start.beyond(point) * axis.dot(self.end.tangent);
         let ahead = -self.end.beyond(point) * axis.dot(self.start.tangent);
         let fraction = greater(lesser(behind / (behind + ahead), 1.0), 0.0);
         let tangent = self.start.tangent + fraction * (self.end.tangent - self.start.tangent);
         let radial = away_from(axis, point - self.start.point);
-        (away_from(tangent, radial).normalize(), tangent.normalize())
+        (away_from(tangent, radial), tangent)
     }
 }
 
 /// Where a ray o + t d meets an infinite cylinder about an axis: the coefficients of
 /// t^2 a + 2 t b + c = 0, all times the squared length of the axis. What it takes are that squared
-/// length, the dot products of d and o with the axis, that of d and o, and o^2 - r^2.
+/// length and that of d, the dot products of d and o with the axis, that of d and o, and o^2 - r^2.
 #[inline]
 pub(super) fn quadratic<T: Copy + Mul<Output = T> + Sub<Output = T>>(
-    length2: T,
+    [length2, direction2]: [T; 2],
     [along, offset_along]: [T; 2],
     approach: T,
     excess: T,
 ) -> (T, T, T) {
-    let a = length2 - along * along;
+    let a = length2 * direction2 - along * along;
     let b = length2 * approach - along * offset_along;
     let c = length2 * excess - offset_along * offset_along;
     (a, b, c)

@@ -10,7 +10,7 @@ use crate::accel::bilinear::{Bilinear, Edge};
 use crate::accel::bounds::Bounds;
 use crate::accel::bvh::Bvh;
 use crate::accel::cylinder::{Cylinder, Joint, Leave};
-use crate::accel::cylinder_pair::{RayTwice, enter_either};
+use crate::accel::cylinder_pair::{RayPair, enter_either};
 use crate::accel::ray::Ray;
 
 /// Everything that the geometry of a block depends on, in the block's own coordinates: its corner
@@ -56,10 +56,11 @@ pub struct Strand {
 }
 
 /// The cuts between the pieces of the yarns of one direction, strand after strand: piece i of the
-/// surface lies between cuts i and i + 1.
+/// surface lies between cuts i and i + 1. Those of pressed plies lie in the set's own space, which is
+/// narrower across the yarns by their aspect: there the plies are round.
 #[derive(Debug)]
 enum Cuts {
-    /// Of round plies, and the plies' radius.
+    /// Of round plies, and the plies' radius there.
     Joints(Vec<Joint>, f64),
     /// Of ribbons.
     Edges(Vec<Edge>),
@@ -71,6 +72,9 @@ pub struct Block {
     cuts: [Cuts; 2],
     /// Those of each set in the order of their cuts.
     strands: [Vec<Strand>; 2],
+    /// What takes a point of the block into each set's own space, and back.
+    narrowing: [DVec3; 2],
+    widening: [DVec3; 2],
     /// Over the pieces that reach into the block.
     bvh: Bvh,
 }
@@ -109,11 +113,20 @@ impl Block {
     /// that do.
     pub fn new(plan: &BlockPlan, forms: &YarnForms) -> Self {
         let mut boxes = Vec::new();
-        let [warp, weft] = [YarnSet::Warp, YarnSet::Weft].map(|set| match forms.of(set) {
+        let sets = [YarnSet::Warp, YarnSet::Weft];
+        let widening = sets.map(|set| wider(set, forms.of(set).0.aspect()));
+        let [warp, weft] = sets.map(|set| match (forms.of(set).0.unpressed(), forms.of(set).1) {
             (shape @ YarnShape::Round { plies, ply_radius, .. }, twist) => {
-                let all =
-                    |path: &YarnPath| (0..plies).map(|n| path.ply(&shape, twist, n)).collect();
-                let bounds = |start, end| Cylinder::new(start, end, ply_radius).bounds();
+                let aspect = forms.of(set).0.aspect();
+                let all = |path: &YarnPath| {
+                    let path = path.narrowed(aspect);
+                    (0..plies).map(|n| path.ply(&shape, twist, n)).collect()
+                };
+                let bounds = |start, end| {
+                    let Bounds { min, max } = Cylinder::new(start, end, ply_radius).bounds();
+                    let widening = widening[set as usize];
+                    Bounds { min: min * widening, max: max * widening }
+                };
                 let (joints, strands) = inside(plan, set, all, bounds, &mut boxes);
                 (Cuts::Joints(joints, ply_radius), strands)
             }
@@ -124,7 +137,13 @@ impl Block {
                 (Cuts::Edges(edges), strands)
             }
         });
-        Self { cuts: [warp.0, weft.0], strands: [warp.1, weft.1], bvh: Bvh::new(&boxes) }
+        Self {
+            cuts: [warp.0, weft.0],
+            strands: [warp.1, weft.1],
+            narrowing: widening.map(DVec3::recip),
+            widening,
+            bvh: Bvh::new(&boxes),
+        }
     }
 
     /// The nearest surface that the ray enters within (`t_min`, `t_max`), and its distance; `inverse`
@@ -137,8 +156,8 @@ impl Block {
         t_min: f64,
         t_max: f64,
     ) -> Option<(Piece, f64)> {
-        let twice = RayTwice::new(ray);
-        let enter = |pieces, t_max| self.enter(pieces, ray, &twice, t_min, t_max);
+        let rays = self.narrowed(ray);
+        let enter = |pieces, t_max| self.enter(pieces, &rays, t_min, t_max);
         let hit = self.bvh.nearest(ray, inverse, t_min, t_max, enter);
         hit.map(|(piece, t)| (Piece(piece), t))
     }
@@ -146,30 +165,36 @@ impl Block {
     /// Whether the ray enters any surface within (`t_min`, `t_max`).
     #[inline]
     pub fn any(&self, ray: &Ray, inverse: DVec3, t_min: f64, t_max: f64) -> bool {
-        let twice = RayTwice::new(ray);
-        let enters = |pieces| self.enter(pieces, ray, &twice, t_min, t_max).is_some();
+        let rays = self.narrowed(ray);
+        let enters = |pieces| self.enter(pieces, &rays, t_min, t_max).is_some();
         self.bvh.any(ray, inverse, t_min, t_max, enters)
     }
 
-    /// Which of two pieces the ray enters first, and where.
+    /// The ray in each set's own space.
+    #[inline]
+    fn narrowed(&self, ray: &Ray) -> [Ray; 2] {
+        self.narrowing.map(|narrowing| ray.scaled(narrowing))
+    }
+
+    /// Which of two pieces the ray enters first, and where; `rays` is it in each set's own space.
     #[inline]
     fn enter(
         &self,
         pieces: [u32; 2],
-        ray: &Ray,
-        twice: &RayTwice,
+        rays: &[Ray; 2],
         t_min: f64,
         t_max: f64,
     ) -> Option<(u32, f64)> {
         let [a, b] = pieces.map(Piece);
         match [a, b].map(|piece| &self.cuts[piece.set()]) {
             [Cuts::Joints(joints, radius), Cuts::Joints(others, other_radius)] => {
+                let pair = RayPair::new(&rays[a.set()], &rays[b.set()]);
                 let a = cylinder(joints, *radius, a.cut());
                 let b = cylinder(others, *other_radius, b.cut());
-                let (which, t) = enter_either(&a, &b, twice, t_min, t_max)?;
+                let (which, t) = enter_either(&a, &b, &pair, t_min, t_max)?;
                 Some((pieces[which], t))
             }
-            _ => self.enter_in_turn(pieces, ray, t_min, t_max),
+            _ => self.enter_in_turn(pieces, rays, t_min, t_max),
         }
     }
 
@@ -179,21 +204,22 @@ impl Block {
     fn enter_in_turn(
         &self,
         [a, b]: [u32; 2],
-        ray: &Ray,
+        rays: &[Ray; 2],
         t_min: f64,
         t_max: f64,
     ) -> Option<(u32, f64)> {
-        let first = self.enter_one(Piece(a), ray, t_min, t_max).map(|t| (a, t));
+        let first = self.enter_one(Piece(a), rays, t_min, t_max).map(|t| (a, t));
         if a == b {
             return first;
         }
         let t_max = first.map_or(t_max, |(_, t)| t);
-        self.enter_one(Piece(b), ray, t_min, t_max).map(|t| (b, t)).or(first)
+        self.enter_one(Piece(b), rays, t_min, t_max).map(|t| (b, t)).or(first)
     }
 
     /// Where the ray enters a piece.
     #[inline]
-    fn enter_one(&self, piece: Piece, ray: &Ray, t_min: f64, t_max: f64) -> Option<f64> {
+    fn enter_one(&self, piece: Piece, rays: &[Ray; 2], t_min: f64, t_max: f64) -> Option<f64> {
+        let ray = &rays[piece.set()];
         match &self.cuts[piece.set()] {
             Cuts::Joints(joints, radius) => {
                 cylinder(joints, *radius, piece.cut()).enter(ray, t_min, t_max)
@@ -212,13 +238,22 @@ impl Block {
     /// Normal and tangent where the ray meets `piece` at distance `t`.
     #[inline]
     pub fn surface(&self, piece: Piece, ray: &Ray, t: f64) -> SurfacePoint {
-        let (normal, tangent) = match &self.cuts[piece.set()] {
+        let set = piece.set();
+        match &self.cuts[set] {
             Cuts::Joints(joints, radius) => {
-                cylinder(joints, *radius, piece.cut()).shading(ray.at(t))
+                let point = ray.at(t) * self.narrowing[set];
+                let (normal, tangent) = cylinder(joints, *radius, piece.cut()).directions(point);
+                // Normals change by the inverse transpose of what changes tangents.
+                SurfacePoint {
+                    normal: (normal * self.narrowing[set]).normalize(),
+                    tangent: (tangent * self.widening[set]).normalize(),
+                }
             }
-            Cuts::Edges(edges) => patch(edges, piece.cut()).shading(ray.at(t)),
-        };
-        SurfacePoint { normal, tangent }
+            Cuts::Edges(edges) => {
+                let (normal, tangent) = patch(edges, piece.cut()).shading(ray.at(t));
+                SurfacePoint { normal, tangent }
+            }
+        }
     }
 
     /// Where a ray that starts inside the ply of `piece` leaves that ply: the piece and the distance.
@@ -226,6 +261,7 @@ impl Block {
     #[inline]
     pub fn leave(&self, piece: Piece, ray: &Ray) -> (Piece, f64) {
         let Cuts::Joints(joints, radius) = &self.cuts[piece.set()] else { return (piece, 0.0) };
+        let ray = &ray.scaled(self.narrowing[piece.set()]);
         let strand = self.strand(piece);
         let (mut cut, mut t) = (piece.cut(), 0.0);
         loop {
@@ -237,6 +273,14 @@ impl Block {
                 }
             }
         }
+    }
+}
+
+/// What widens a set by `aspect`, across its yarns.
+fn wider(set: YarnSet, aspect: f64) -> DVec3 {
+    match set {
+        YarnSet::Warp => DVec3::new(aspect, 1.0, 1.0),
+        YarnSet::Weft => DVec3::new(1.0, aspect, 1.0),
     }
 }
 

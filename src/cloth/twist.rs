@@ -77,7 +77,7 @@ mod tests {
     use super::*;
 
     fn yarn(plies: usize, pitch: f64) -> YarnShape {
-        YarnShape::Round { radius: 0.4, plies, ply_radius: 0.15, pitch }
+        YarnShape::round(0.4, plies, 0.15, pitch)
     }
 
     #[test]

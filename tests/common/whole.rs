@@ -28,9 +28,11 @@ impl Piece {
 }
 
 /// All pieces of a swatch, each with its yarn: the set and the number in the pattern (picks counted
-/// from the bottom).
+/// from the bottom). They lie where the yarns of their set are round.
 pub struct WholeCloth {
     pub pieces: Vec<(YarnSet, usize, Piece)>,
+    /// How many times wider than high each set's yarns are.
+    aspects: [f64; 2],
     size: [f64; 2],
 }
 
@@ -81,17 +83,19 @@ impl WholeCloth {
                     YarnSet::Warp => (&relaxed.warp, spec.warp.shape, turned(&spec, size[1])),
                     YarnSet::Weft => (&relaxed.weft, spec.weft.shape, 0),
                 };
+                let aspect = aspect(shape);
                 let mean = crossing.spacing.iter().sum::<f64>() / crossing.spacing.len() as f64;
                 let twist = Twist::new(&shape, mean);
                 let path = YarnPath {
                     set,
-                    offset: own.start(yarn) + 0.5 * own.slot(yarn),
+                    offset: (own.start(yarn) + 0.5 * own.slot(yarn)) / aspect,
                     start: crossing.start(range.start),
                     slots: range.clone().map(|i| crossing.slot(i)).collect(),
                     knots: knots(&curves[own.index(yarn)], range, unit),
                     phase: twist.phase(range.start + phase_offset),
                 };
-                pieces.extend(shapes(&path, shape, twist).map(|p| (set, own.index(yarn), p)));
+                pieces
+                    .extend(shapes(&path, round(shape), twist).map(|p| (set, own.index(yarn), p)));
             };
         for end in columns.clone() {
             add(YarnSet::Warp, end, (&ends, &picks), &rows);
@@ -99,7 +103,7 @@ impl WholeCloth {
         for pick in rows.clone() {
             add(YarnSet::Weft, pick, (&picks, &ends), &columns);
         }
-        Self { pieces, size }
+        Self { pieces, size, aspects: [aspect(spec.warp.shape), aspect(spec.weft.shape)] }
     }
 
     /// The stretch of `ray` above the swatch's rectangle.
@@ -123,7 +127,17 @@ impl WholeCloth {
         let corner = glam::DVec3::new(-0.5 * self.size[0], 0.5 * self.size[1], 0.0);
         let ray = ray.shifted(corner);
         self.pieces.iter().filter_map(move |(set, yarn, piece)| {
-            piece.enter(&ray, t_min, t_max).map(|t| (t, *set, *yarn))
+            // Where the yarns are round: with a unit direction, in the lengths of that space.
+            let across = 1.0 / self.aspects[*set as usize];
+            let narrow = match set {
+                YarnSet::Warp => glam::DMat3::from_diagonal([across, 1.0, 1.0].into()),
+                YarnSet::Weft => glam::DMat3::from_diagonal([1.0, across, 1.0].into()),
+            };
+            let length = (narrow * ray.direction).length();
+            let direction = narrow * ray.direction / length;
+            let ray = Ray { origin: narrow * ray.origin, direction };
+            let t = piece.enter(&ray, t_min * length, t_max * length)?;
+            Some((t / length, *set, *yarn))
         })
     }
 
@@ -141,6 +155,24 @@ fn turned(spec: &ClothSpec, height: f64) -> i64 {
     let twist = Twist::new(&spec.warp.shape, repeat / picks as f64);
     let covering = (height / repeat).ceil() as usize;
     (picks * covering.min(twist.repeats(picks))) as i64
+}
+
+/// How many times wider than high a yarn is.
+fn aspect(shape: YarnShape) -> f64 {
+    match shape {
+        YarnShape::Round { radius, thickness, .. } => radius / (0.5 * thickness),
+        YarnShape::Flat { .. } => 1.0,
+    }
+}
+
+/// The yarn where it is round.
+fn round(mut shape: YarnShape) -> YarnShape {
+    let aspect = aspect(shape);
+    if let YarnShape::Round { radius, ply_radius, .. } = &mut shape {
+        *radius /= aspect;
+        *ply_radius /= aspect;
+    }
+    shape
 }
 
 /// Rounded heights and slopes at the start and the middle of each slot, and at the end.
