@@ -80,8 +80,8 @@ class RoundYarn(Description):
         super().__post_init__()
         if self.thickness > 2.0 * self.radius_mm * (1.0 + ROUNDING):
             raise ParameterError(
-                f"RoundYarn.thickness_mm must be at most twice the radius, {2.0 * self.radius_mm:g},"
-                f" not {self.thickness:g}"
+                f"RoundYarn.thickness_mm must be at most twice the radius,"
+                f" {2.0 * self.radius_mm:g}, not {self.thickness:g}"
             )
         if self.pitch_mm == 0.0:
             raise ParameterError("RoundYarn.pitch_mm must not be 0; None stands for 8 radii")
@@ -212,10 +212,10 @@ def _touching_ply_radius(radius: float, plies: int, pitch: float) -> float:
 def _helix_distance(radius: float, phase: float, rise: float) -> float:
     """Return the least distance between two helices of a radius, turned by `phase`, up to pi.
 
-    They rise by `rise` a radian. The squared distance from a point of one to the point of the other
-    that stands at an angle a to it is 2 R^2 (1 - cos a) + rise^2 (a - phase)^2. Half its derivative,
-    R^2 sin a - rise^2 (phase - a), is concave over [0, phase], negative at 0 and not at the end: its
-    first zero is the minimum.
+    They rise by `rise` a radian. The squared distance from a point of one to the point of the
+    other that stands at an angle a to it is 2 R^2 (1 - cos a) + rise^2 (a - phase)^2. Half its
+    derivative, R^2 sin a - rise^2 (phase - a), is concave over [0, phase], negative at 0 and not
+    at the end: its first zero is the minimum.
     """
 
     def falls(angle: float) -> bool:
