@@ -77,7 +77,7 @@ fn random_parameters(set: u64) -> PlyParameters {
 
 /// Plies with so much room between them that few see another.
 fn lone_plies() -> ClothSpec {
-    let ply = YarnShape::Round { radius: 0.4, plies: 1, ply_radius: 0.4, pitch: 3.0 };
+    let ply = YarnShape::round(0.4, 1, 0.4, 3.0);
     let mut spec = plain(ply);
     (spec.warp.spacing, spec.weft.spacing) = (vec![3.0; 2], vec![3.0; 2]);
     spec

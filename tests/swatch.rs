@@ -7,6 +7,7 @@ use common::whole::{WholeCloth, quantum};
 use common::{cloth, flat, plain, round};
 use glam::DVec3;
 use plycloth::accel::ray::Ray;
+use plycloth::cloth::inside::Way;
 use plycloth::cloth::spec::{ClothSpec, YarnShape, YarnSpec};
 use plycloth::cloth::swatch::Swatch;
 use plycloth::cloth::twist::Twist;
@@ -32,8 +33,7 @@ fn satin(shape: YarnShape) -> ClothSpec {
 /// A yarn of `plies` that fits between others which are `spacing` apart.
 fn thin(plies: usize, spacing: f64, pitch: f64) -> YarnShape {
     let YarnShape::Round { radius, ply_radius, .. } = round(plies) else { unreachable!() };
-    let scale = spacing;
-    YarnShape::Round { radius: scale * radius, plies, ply_radius: scale * ply_radius, pitch }
+    YarnShape::round(spacing * radius, plies, spacing * ply_radius, pitch)
 }
 
 /// Two ribbons and three plies, all spacings different, 3 picks and 4 ends.
@@ -43,6 +43,16 @@ fn uneven() -> ClothSpec {
     spec.weft.spacing = vec![0.5, 0.8, 0.55];
     spec.weft.shape = thin(2, 0.5, 0.8);
     spec
+}
+
+/// The same yarn, `aspect` times wider than high.
+fn pressed(shape: YarnShape, aspect: f64) -> YarnShape {
+    let mut pressed = shape;
+    if let YarnShape::Round { radius, thickness, collision, .. } = &mut pressed {
+        *thickness = 2.0 * *radius / aspect;
+        *collision = *radius / aspect;
+    }
+    pressed
 }
 
 fn mixed() -> ClothSpec {
@@ -140,6 +150,43 @@ fn patterns_are_met_where_brute_force_says() {
 }
 
 #[test]
+fn pressed_yarns_are_met_where_brute_force_says() {
+    let mut two_aspects = uneven();
+    two_aspects.warp.shape = pressed(two_aspects.warp.shape, 1.6);
+    two_aspects.weft.shape = pressed(two_aspects.weft.shape, 2.5);
+    let mut with_ribbons = mixed();
+    with_ribbons.weft.shape = pressed(with_ribbons.weft.shape, 3.0);
+    let mut one_set = satin(thin(2, 1.0, -2.7));
+    one_set.warp.shape = pressed(one_set.warp.shape, 4.0);
+    for spec in [two_aspects, with_ribbons, one_set, plain(pressed(thin(1, 1.0, 1.0), 1.3))] {
+        let hits = compare(&spec, [5.5, 4.3], 1_500);
+        assert!(hits > 500, "{hits}");
+    }
+}
+
+/// A pressed yarn of one ply that runs straight is an elliptic cylinder.
+#[test]
+fn normals_of_a_pressed_yarn_are_those_of_an_ellipse() {
+    let yarn = pressed(YarnShape::round(0.4, 1, 0.4, 1.0), 4.0);
+    let mut spec = cloth([1, 1], |_, _| true, yarn);
+    spec.weft.shape = YarnShape::Flat { width: 0.1, thickness: 1e-3 };
+    let swatch = swatch(&spec, [1.0, 1.0]);
+    for step in 0..50 {
+        let x = 0.39 * (f64::from(step) / 25.0 - 1.0);
+        let ray = Ray { origin: DVec3::new(x, 0.1, 3.0), direction: DVec3::NEG_Z };
+        let hit = swatch.nearest(&ray).unwrap();
+        let gradient = DVec3::new(x / 0.16, 0.0, 0.1 * (1.0 - x * x / 0.16).sqrt() / 0.01);
+        assert!((hit.surface.normal - gradient.normalize()).length() < 1e-9, "{hit:?}");
+        assert!((hit.surface.tangent - DVec3::Y).length() < 1e-9, "{hit:?}");
+        let inner = Ray { origin: ray.at(hit.t), direction: DVec3::NEG_Z };
+        let Way { length, surface, .. } = swatch.way(&hit.place, &[], &inner);
+        assert!((length - 0.2 * (1.0 - x * x / 0.16).sqrt()).abs() < 1e-9, "{length}");
+        let mirrored = surface.normal * DVec3::new(-1.0, -1.0, 1.0);
+        assert!((mirrored - hit.surface.normal).length() < 1e-9);
+    }
+}
+
+#[test]
 fn uneven_cloth_is_met_where_brute_force_says() {
     for spec in [uneven(), mixed()] {
         for size in [[3.5, 1.85], [1.1, 0.4], [8.3, 7.7], [2.0, 12.0]] {
@@ -187,7 +234,7 @@ fn ways_inside_plies_end_where_plies_do_or_others_begin() {
     // A thicker single ply would bend by less than its own radius.
     let rod = plain(thin(1, 0.7, 1.0));
     let thick = plain(thin(12, 1.2, 2.3));
-    for spec in [plain(thin(3, 0.9, 2.1)), satin(round(5)), uneven(), rod, thick] {
+    for spec in [plain(thin(3, 0.9, 2.1)), satin(pressed(round(5), 1.7)), uneven(), rod, thick] {
         let size = [3.7, 3.2];
         let swatch = swatch(&spec, size);
         let whole = WholeCloth::new(&spec, size);
@@ -198,14 +245,19 @@ fn ways_inside_plies_end_where_plies_do_or_others_begin() {
                 continue;
             }
             let Some(hit) = swatch.nearest(&ray) else { continue };
-            let mut nest = swatch.entered(&ray, &hit);
+            let mut nest = match swatch.entered(&ray, &hit) {
+                Some(sides) => sides.ahead.to_vec(),
+                None => vec![hit.place],
+            };
             let mut point = ray.at(hit.t);
             let inwards = (ray.direction / 1.5 - 0.5 * hit.surface.normal).normalize();
             let mut direction = inwards;
             // From contact to contact, turned a little at each.
             for _ in 0..6 {
                 let inner = Ray { origin: point, direction };
-                let way = swatch.way(&nest, &inner);
+                let (own, others) = nest.split_last().unwrap();
+                let way = swatch.way(own, others, &inner);
+                let ahead = way.sides.as_ref().map_or(vec![], |sides| sides.ahead.to_vec());
                 let step = 1e-5;
                 let checked = |t: f64| whole.containing(inner.at(t));
                 if way.length > 4.0 * step {
@@ -213,33 +265,35 @@ fn ways_inside_plies_end_where_plies_do_or_others_begin() {
                     for u in [0.3, 0.7, 1.0] {
                         let along = checked(step + u * (way.length - 2.0 * step));
                         let new = along.iter().any(|ply| !start.contains(ply));
-                        let place = way.behind[way.behind.len() - 1];
-                        let own = along
-                            .iter()
-                            .filter(|ply| (ply.0, ply.1) == (place.set, place.number()));
+                        let own =
+                            along.iter().filter(|ply| (ply.0, ply.1) == (own.set, own.number()));
                         assert!(!new && own.count() >= 1, "{along:?} {start:?} {way:?} {inner:?}");
                     }
                 }
                 let beyond = inner.at(way.length + step);
                 if (0..2).any(|axis| beyond[axis].abs() > 0.5 * size[axis]) {
-                    assert!(way.ahead.is_empty(), "{way:?} {inner:?}");
+                    assert!(ahead.is_empty(), "{way:?} {inner:?}");
                     edges += 1;
                     break;
                 }
                 let expected = checked(way.length + step);
-                assert_eq!(expected.len(), way.ahead.len(), "{expected:?} {way:?} {inner:?}");
+                // Where plies only just touch, a step on may be another ply already.
+                if expected != checked(way.length + 1e-3 * step) {
+                    break;
+                }
+                assert_eq!(expected.len(), ahead.len(), "{expected:?} {way:?} {inner:?}");
                 assert!(
-                    way.ahead.iter().all(|place| {
+                    ahead.iter().all(|place| {
                         expected.iter().any(|ply| (ply.0, ply.1) == (place.set, place.number()))
                     }),
                     "{expected:?} {way:?} {inner:?}"
                 );
-                if way.ahead.is_empty() {
+                if ahead.is_empty() {
                     ends += 1;
                     break;
                 }
                 contacts += 1;
-                (point, nest) = (inner.at(way.length), way.ahead);
+                (point, nest) = (inner.at(way.length), ahead);
                 direction = (direction - 0.3 * way.surface.normal).normalize();
             }
         }
@@ -251,7 +305,7 @@ fn ways_inside_plies_end_where_plies_do_or_others_begin() {
 #[test]
 fn yarns_follow_their_relaxed_curves() {
     let mut spec = uneven();
-    let thread = YarnShape::Round { radius: 1e-3, plies: 1, ply_radius: 1e-3, pitch: 1.0 };
+    let thread = YarnShape::round(1e-3, 1, 1e-3, 1.0);
     (spec.warp.shape, spec.weft.shape) = (thread, thread);
     let thin = relax(&spec.bottom_up().relax_problem(), &Control::default()).unwrap();
     let size = [2.0 * 3.5, 2.0 * 1.85];
@@ -316,7 +370,7 @@ fn the_face_shows_the_drawdown_with_the_first_pick_at_the_top() {
 /// However thin the yarns are.
 #[test]
 fn thin_yarns_lie_in_the_order_of_the_drawdown() {
-    let round = |radius| YarnShape::Round { radius, plies: 1, ply_radius: radius, pitch: 1.0 };
+    let round = |radius| YarnShape::round(radius, 1, radius, 1.0);
     let flat = |thickness| YarnShape::Flat { width: 0.9, thickness };
     for radius in [1e-3, 4e-4, 1e-5, 1e-7] {
         let (thread, ribbon) = (round(radius), flat(2.0 * radius));
@@ -382,11 +436,11 @@ fn tops(swatch: &Swatch, length: f64) -> usize {
 #[test]
 fn plies_turn_as_often_as_their_pitch_says() {
     let length = 600.0;
-    let thread = YarnShape::Round { radius: 1e-3, plies: 1, ply_radius: 1e-3, pitch: 1.0 };
+    let thread = YarnShape::round(1e-3, 1, 1e-3, 1.0);
     for plies in [2, 3, 5] {
         for pitch in [0.9, 2.0, -3.3, 6.6, 8.25, 23.0, 50.0] {
             let mut spec = plain(thread);
-            spec.warp.shape = YarnShape::Round { radius: 0.2, plies, ply_radius: 0.03, pitch };
+            spec.warp.shape = YarnShape::round(0.2, plies, 0.03, pitch);
             let counted = tops(&swatch(&spec, [4.0, length]), length) as f64;
             let expected = plies as f64 * length / pitch.abs();
             let off = (counted - expected).abs();

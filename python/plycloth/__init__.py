@@ -19,6 +19,7 @@ from plycloth.light import (
     PointLight,
     RectangleLight,
 )
+from plycloth.overlap import Overlaps, OverlapWarning
 from plycloth.overview import overview
 from plycloth.photo_fit import PhotoFit, fit_photographs
 from plycloth.photo_geometry import Geometry, YarnGuess
@@ -50,6 +51,8 @@ __all__ = [
     "Interface",
     "Lens",
     "OrthographicCamera",
+    "OverlapWarning",
+    "Overlaps",
     "ParameterError",
     "PerspectiveCamera",
     "PhotoFit",

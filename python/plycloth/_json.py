@@ -43,6 +43,9 @@ _KINDS: dict[str, type[Any]] = {
     )
 }
 
+# Keys that files of earlier versions lack; their fields then have their defaults.
+_ADDED = {("RoundYarn", "thickness_mm"), ("RoundYarn", "collision_radius_mm")}
+
 T = TypeVar("T")
 
 
@@ -215,7 +218,7 @@ class _Reader:
                 near = nearest(key, keys)
                 raise self._error(where, f"{kind} has no key {key!r}; the nearest is {near!r}")
         for key in keys:
-            if key not in node:
+            if key not in node and (kind, key) not in _ADDED:
                 raise self._error(where, f"{kind} lacks the key {key!r}")
 
     def _pattern(self, rows: Any, where: str) -> WeavePattern:

@@ -13,7 +13,7 @@ from typing import Any
 from plycloth._json import load, load_as
 from plycloth._plycloth import __version__
 from plycloth.draft import Draft
-from plycloth.fabric import Fabric
+from plycloth.fabric import Fabric, default_yarn
 from plycloth.image import WRITABLE, Image, ImageError, read_image
 from plycloth.light import EnvironmentLight, Light
 from plycloth.overview import LIGHTINGS, overview
@@ -113,6 +113,11 @@ def _add_render(commands: Any) -> None:
         f" thickness: {', '.join(presets())} (default: three plies)",
     )
     add(
+        "--fit-yarns",
+        action="store_true",
+        help="press and narrow yarns that pass through each other; those of a draft always are",
+    )
+    add(
         "--light",
         default="day",
         metavar="NAME",
@@ -184,15 +189,22 @@ def _scene(options: argparse.Namespace) -> tuple[Scene, str]:
             raise ValueError("--yarn: is for a draft; a saved fabric has its own yarns")
         saved = load(options.draft)
         if isinstance(saved, Scene):
+            if options.fit_yarns:
+                raise ValueError("--fit-yarns: is for a draft or a fabric, not for a saved scene")
             return saved, f"the scene {options.draft}"
         if not isinstance(saved, Fabric):
             kind = type(saved).__name__
             raise ValueError(f"{options.draft}: holds a {kind}, but must hold a Fabric or a Scene")
-        fabric, shown = saved, f"the fabric {options.draft}"
+        fabric = saved.fitted() if options.fit_yarns else saved
+        shown = f"the fabric {options.draft}"
     else:
         draft = read_wif(options.draft)
-        yarn = None if options.yarn is None else _scaled_preset(options.yarn, draft)
-        fabric, shown = Fabric.from_draft(draft, yarn, yarn), repr(draft)
+        shown = repr(draft)
+        if options.yarn is None:
+            fabric = Fabric.from_draft(draft)
+        else:
+            yarn = _scaled_preset(options.yarn, draft)
+            fabric = Fabric.from_draft(draft, yarn, yarn).fitted()
     size = None if options.size_mm is None else tuple(options.size_mm)
     return overview(fabric, _light(options.light), size_mm=size, width=options.width), shown
 
@@ -252,8 +264,7 @@ def _chosen(options: argparse.Namespace) -> dict[str, Any]:
 
 def _scaled_preset(name: str, draft: Draft) -> RoundYarn:
     """Return a measured yarn, enlarged to the median thickness of the draft's yarns."""
-    default = Fabric.from_draft(draft).warp
-    assert isinstance(default, RoundYarn)
+    default = default_yarn(draft.warp_thickness)
     measured = preset(name)
     scale = default.radius_mm / measured.radius_mm
     return replace(default, plies=measured.plies, pitch_mm=measured.pitch * scale)

@@ -53,7 +53,7 @@ def to_mitsuba(scene: Scene, folder: str | Path, *, max_depth: int | None = None
     Raises
     ------
     ParameterError
-        If a yarn is flat, coloured, or has the ply BSDF.
+        If a yarn is flat, pressed, coloured, or has the ply BSDF.
     ImportError
         If mitsuba is not installed, or no variant is chosen.
     """
@@ -151,7 +151,7 @@ def ply_curves(swatch: Swatch, name: str) -> Array:
     Parameters
     ----------
     swatch
-        Its yarns of that name must be round.
+        Its yarns of that name must be round, and not pressed.
     name
         "warp" or "weft".
 
@@ -164,6 +164,10 @@ def ply_curves(swatch: Swatch, name: str) -> Array:
     yarn = fabric.warp if is_warp else fabric.weft
     if not isinstance(yarn, RoundYarn):
         raise ParameterError(f"Fabric.{name} must be a RoundYarn, not a {type(yarn).__name__}")
+    if yarn.thickness < 2.0 * yarn.radius_mm:
+        raise ParameterError(
+            f"Fabric.{name}.thickness_mm must be None: a curve there is round, not pressed"
+        )
     repeats = np.round(np.divide(swatch.extent_mm, fabric.repeat_mm)).astype(int)
     # Along the other yarns, from the top or from the left.
     along, across = (repeats[1], repeats[0]) if is_warp else (repeats[0], repeats[1])

@@ -4,6 +4,7 @@ The optics are fitted; what the photographs leave open (weave, yarns, how cloth 
 placed on the rig) is searched around it.
 """
 
+import warnings
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from os import PathLike
@@ -17,6 +18,7 @@ from plycloth.fabric import Fabric
 from plycloth.fit_result import FitResult
 from plycloth.image import Image, read_image
 from plycloth.lens import Lens, matching_blur
+from plycloth.overlap import OverlapWarning
 from plycloth.photo_geometry import YARNS, Geometry, weaves
 from plycloth.photo_placement import Placement
 from plycloth.photo_search import Candidate, Search, Trial, most_steps
@@ -97,14 +99,17 @@ class PhotoFit:
 
         `spp` None: 32 samples per pixel for the "front", 64 for the "back", which is noisier.
         """
-        image = render(
-            self.scene(side),
-            spp=PICTURE_SPP[side] if spp is None else spp,
-            seed=seed,
-            both_sides=True,
-            threads=threads,
-            progress=progress,
-        )
+        with warnings.catch_warnings():
+            # What fits the photographs best is what was asked for.
+            warnings.simplefilter("ignore", OverlapWarning)
+            image = render(
+                self.scene(side),
+                spp=PICTURE_SPP[side] if spp is None else spp,
+                seed=seed,
+                both_sides=True,
+                threads=threads,
+                progress=progress,
+            )
         return self.lenses[side].develop(image)
 
     def pictures(self, **options: object) -> dict[str, Image]:

@@ -1,8 +1,11 @@
 """Pictures of scenes by path tracing."""
 
+import warnings
+
 from plycloth import _plycloth
 from plycloth._check import instance, integer, optional
 from plycloth.image import Image
+from plycloth.overlap import WORTH_A_WARNING, OverlapWarning
 from plycloth.progress import Progress, reporting
 from plycloth.scene import Scene
 
@@ -45,6 +48,11 @@ class Renderer:
         If a number lies outside its range.
     TypeError
         If `scene` is not a Scene, a number is not whole, or `both_sides` not a bool.
+
+    Warns
+    -----
+    OverlapWarning
+        If yarns pass through each other by more than 10% of the thinner one's thickness.
     """
 
     def __init__(
@@ -61,12 +69,20 @@ class Renderer:
         self.scene = scene
         self._threads = None if threads is None else _threads("threads", threads)
         self._compiled = _plycloth.CompiledScene(scene, self._threads)
+        self._warn_of_overlaps()
         self._film = _plycloth.CompiledFilm(
             self._compiled,
             _seed("seed", seed),
             _depth("max_depth", max_depth),
             _both_sides("both_sides", both_sides),
         )
+
+    def _warn_of_overlaps(self) -> None:
+        depth_mm = self._compiled.overlaps(self._threads)
+        overlaps = self.scene.swatch.fabric.overlaps_of(depth_mm)
+        if overlaps.worst > WORTH_A_WARNING:
+            message = f"{overlaps}; fabric.fitted() has yarns that do not"
+            warnings.warn(OverlapWarning(message), stacklevel=3)
 
     def run(self, spp: int, *, threads: int | None = None, progress: Progress = None) -> None:
         """Take `spp` more samples of every pixel.
@@ -130,6 +146,11 @@ def render(
         If a number lies outside its range.
     TypeError
         If `scene` is not a Scene, a number is not whole, or `both_sides` not a bool.
+
+    Warns
+    -----
+    OverlapWarning
+        If yarns pass through each other by more than 10% of the thinner one's thickness.
     """
     renderer = Renderer(
         scene, seed=seed, max_depth=max_depth, both_sides=both_sides, threads=threads

@@ -1,7 +1,9 @@
 """Yarns: what a thread of the cloth is made of and how it looks."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Annotated
 
 from plycloth._check import FINITE, POSITIVE, ParameterError, instance, integer, number, optional
@@ -15,15 +17,24 @@ AnyBsdf = Annotated[Bsdf, instance(PlyBsdf, DiffuseBsdf)]
 
 MAX_PLIES = 12
 
+# A ratio to a bound is rounded: one part in 1e9 above it is still within.
+ROUNDING = 1e-9
+
+BISECTIONS = 52
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class RoundYarn(Description):
-    """A yarn of round plies twisted about its centre line.
+    """A yarn of round plies twisted about its centre line, which may be pressed flat.
+
+    A pressed yarn is a round one of radius thickness / 2 stretched along its width: its cross
+    section is an ellipse, and so are those of its plies.
 
     Parameters
     ----------
     radius_mm
-        R, the radius of the circle around all plies, in millimetres, greater than 0.
+        R, the radius of the circle around all plies (half the width of the ellipse, if the yarn is
+        pressed), in millimetres, greater than 0.
     bsdf
         How each ply scatters light.
     plies
@@ -34,15 +45,25 @@ class RoundYarn(Description):
         direction), negative a left-handed one (S twist). None: 8 radii. A swatch rounds it by at
         most 2% (docs/conventions.md has the limits), so that its pieces repeat.
     ply_radius_mm
-        Radius of one ply in millimetres, greater than 0. None: as large as fits, which is also
-        the upper bound; see `ply_radius`.
+        Radius of one ply (along the yarn's width) in millimetres, greater than 0 and at most the
+        `ply_radius` of the same yarn without twist. None: as large as the twist allows; see
+        `ply_radius`.
     stiffness
         k of Eq. 2, relative to other yarns, greater than 0.
+    thickness_mm
+        Height of the pressed cross section in millimetres, greater than 0 and at most twice
+        `radius_mm`. None: round, twice `radius_mm`.
+    collision_radius_mm
+        R_A of Eq. 3: how far from those that it crosses the yarn keeps at a crossing, together
+        with their own, in millimetres, greater than 0. None: half the thickness. Yarns that are
+        wide for their spacing must keep some distance at the crossing, so as not to cut into each
+        other beside it.
 
     Raises
     ------
     ParameterError
-        If a value lies outside its range, or the plies do not fit side by side in the yarn.
+        If a value lies outside its range, the plies do not fit side by side in the yarn, or the
+        yarn is higher than wide.
     TypeError
         If a value is not of the kind named.
     """
@@ -53,14 +74,20 @@ class RoundYarn(Description):
     pitch_mm: Annotated[float | None, optional(number(FINITE))] = None
     ply_radius_mm: OptionalLength = None
     stiffness: Stiffness = 1.0
+    thickness_mm: OptionalLength = None
+    collision_radius_mm: OptionalLength = None
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        if self.thickness > 2.0 * self.radius_mm * (1.0 + ROUNDING):
+            raise ParameterError(
+                f"RoundYarn.thickness_mm must be at most twice the radius,"
+                f" {2.0 * self.radius_mm:g}, not {self.thickness:g}"
+            )
         if self.pitch_mm == 0.0:
             raise ParameterError("RoundYarn.pitch_mm must not be 0; None stands for 8 radii")
-        largest = _touching_ply_radius(self.radius_mm, self.plies)
-        # A ratio of the given radius to this one is rounded: 1 in 1e9 is still a touch.
-        if self.ply_radius > largest * (1.0 + 1e-9):
+        largest = _straight_ply_radius(self.radius_mm, self.plies)
+        if self.ply_radius > largest * (1.0 + ROUNDING):
             raise ParameterError(
                 f"RoundYarn.ply_radius_mm must be at most {largest:g} for {self.plies} plies side"
                 f" by side in a radius of {self.radius_mm:g}, not {self.ply_radius:g}"
@@ -73,19 +100,29 @@ class RoundYarn(Description):
 
     @property
     def ply_radius(self) -> float:
-        """Radius of one ply in millimetres: `ply_radius_mm`, or the largest if that is None.
+        """Radius of one ply in millimetres: `ply_radius_mm`, or the touching one if that is None.
 
-        The centres of n plies stand at the corners of a regular n-gon of circumradius R - r, and
-        neighbours touch where half a side, (R - r) sin(pi/n), equals r. So the largest is
-        r = R sin(pi/n) / (1 + sin(pi/n)) for n >= 2. A single ply is the yarn: r = R.
+        The centres of n plies run along helices of radius R - r. They touch where the least
+        distance between neighbouring helices equals 2 r; twisted plies come closer to each other
+        than their cross section shows. Without twist half a side of the regular n-gon of centres,
+        (R - r) sin(pi/n), equals r, so that r = R sin(pi/n) / (1 + sin(pi/n)) for n >= 2. A single
+        ply is the yarn: r = R. Plies of a pressed yarn touch where those of the round one do of
+        which it is a stretched copy.
         """
         if self.ply_radius_mm is None:
-            return _touching_ply_radius(self.radius_mm, self.plies)
+            round_radius = 0.5 * self.thickness
+            touching = _touching_ply_radius(round_radius, self.plies, abs(self.pitch))
+            return self.radius_mm / round_radius * touching
         return self.ply_radius_mm
 
     @property
+    def thickness(self) -> float:
+        """Height of the cross section in millimetres: `thickness_mm`, or 2 R if that is None."""
+        return 2.0 * self.radius_mm if self.thickness_mm is None else self.thickness_mm
+
+    @property
     def helix_radius(self) -> float:
-        """Distance R - r of the ply centres from the yarn's centre line, in millimetres.
+        """Distance R - r of the ply centres from the yarn's centre line, along its width, in mm.
 
         A single ply runs along the centre line, whatever its radius: 0.
         """
@@ -98,8 +135,8 @@ class RoundYarn(Description):
 
     @property
     def collision_radius(self) -> float:
-        """Half the yarn's extent across the cloth, R_A of Eq. 3, in millimetres."""
-        return self.radius_mm
+        """R_A of Eq. 3 in millimetres: that given, or half the thickness."""
+        return self.collision_radius_mm or 0.5 * self.thickness
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -150,8 +187,49 @@ class FlatYarn(Description):
 Yarn = RoundYarn | FlatYarn
 
 
-def _touching_ply_radius(radius: float, plies: int) -> float:
+def _straight_ply_radius(radius: float, plies: int) -> float:
+    """Return the radius of parallel plies that touch."""
     if plies == 1:
         return radius
     sine = math.sin(math.pi / plies)
     return radius * sine / (1.0 + sine)
+
+
+@lru_cache(maxsize=1024)
+def _touching_ply_radius(radius: float, plies: int, pitch: float) -> float:
+    """Return the radius of twisted plies that touch."""
+    straight = _straight_ply_radius(radius, plies)
+    if plies == 1:
+        return straight
+    phase, rise = 2.0 * math.pi / plies, pitch / (2.0 * math.pi)
+
+    def clear(ply_radius: float) -> bool:
+        return _helix_distance(radius - ply_radius, phase, rise) >= 2.0 * ply_radius
+
+    # Straight plies touch up to rounding, and they are the limit of a long pitch.
+    return straight if clear(straight * (1.0 - ROUNDING)) else _last(clear, straight)
+
+
+def _helix_distance(radius: float, phase: float, rise: float) -> float:
+    """Return the least distance between two helices of a radius, turned by `phase`, up to pi.
+
+    They rise by `rise` a radian. The squared distance from a point of one to the point of the
+    other that stands at an angle a to it is 2 R^2 (1 - cos a) + rise^2 (a - phase)^2. Half its
+    derivative, R^2 sin a - rise^2 (phase - a), is concave over [0, phase], negative at 0 and not
+    at the end: its first zero is the minimum.
+    """
+
+    def falls(angle: float) -> bool:
+        return radius**2 * math.sin(angle) < rise**2 * (phase - angle)
+
+    angle = _last(falls, phase)
+    return math.hypot(2.0 * radius * math.sin(0.5 * angle), rise * (phase - angle))
+
+
+def _last(holds: Callable[[float], bool], end: float) -> float:
+    """Return the last place in [0, `end`] where something holds that does so from 0 to there."""
+    low, high = 0.0, end
+    for _ in range(BISECTIONS):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if holds(middle) else (low, middle)
+    return low

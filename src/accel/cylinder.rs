@@ -69,6 +69,19 @@ impl Cylinder {
         ellipse(&self.start).union(ellipse(&self.end))
     }
 
+    /// Whether the segments perhaps overlap: capsules about their axes do that hold them.
+    pub fn may_overlap(&self, other: &Self) -> bool {
+        let reach = self.reach() + other.reach();
+        let [a, b] = [self, other].map(|segment| [segment.start.point, segment.end.point]);
+        segment_distance_squared(a, b) < reach * reach
+    }
+
+    /// How far the surface is from the axis between the joints at most: their planes slant.
+    fn reach(&self) -> f64 {
+        let axis = self.axis().normalize();
+        self.radius / axis.dot(self.start.tangent).min(axis.dot(self.end.tangent)).max(0.1)
+    }
+
     /// Whether `point` lies inside the segment.
     pub fn contains(&self, point: DVec3) -> bool {
         let axis = self.axis();
@@ -83,7 +96,7 @@ impl Cylinder {
     pub fn leave(&self, ray: &Ray, t: f64) -> Leave {
         let (axis, offset) = (self.axis(), ray.origin - self.start.point);
         let (a, b, c) = quadratic(
-            axis.length_squared(),
+            [axis.length_squared(), ray.direction.length_squared()],
             [ray.direction.dot(axis), offset.dot(axis)],
             ray.direction.dot(offset),
             offset.length_squared() - self.radius * self.radius,
@@ -110,27 +123,51 @@ impl Cylinder {
     /// along the ply: the tangent runs from joint to joint, the radius is made perpendicular to it.
     #[inline]
     pub fn shading(&self, point: DVec3) -> (DVec3, DVec3) {
+        let (normal, tangent) = self.directions(point);
+        (normal.normalize(), tangent.normalize())
+    }
+
+    /// Normal and tangent of [`Cylinder::shading`] before they are made unit vectors.
+    #[inline]
+    pub fn directions(&self, point: DVec3) -> (DVec3, DVec3) {
         let axis = self.axis();
         let behind = self.start.beyond(point) * axis.dot(self.end.tangent);
         let ahead = -self.end.beyond(point) * axis.dot(self.start.tangent);
         let fraction = greater(lesser(behind / (behind + ahead), 1.0), 0.0);
         let tangent = self.start.tangent + fraction * (self.end.tangent - self.start.tangent);
         let radial = away_from(axis, point - self.start.point);
-        (away_from(tangent, radial).normalize(), tangent.normalize())
+        (away_from(tangent, radial), tangent)
     }
+}
+
+/// The squared distance of two line segments, each given by its ends (Ericson 2004, "Real-Time
+/// Collision Detection", section 5.1.9).
+fn segment_distance_squared([a0, a1]: [DVec3; 2], [b0, b1]: [DVec3; 2]) -> f64 {
+    let (u, v, w) = (a1 - a0, b1 - b0, a0 - b0);
+    let (uu, uv, vv) = (u.length_squared(), u.dot(v), v.length_squared());
+    let (uw, vw) = (u.dot(w), v.dot(w));
+    let determinant = uu * vv - uv * uv;
+    let s = if determinant > 1e-12 * uu * vv {
+        ((uv * vw - vv * uw) / determinant).clamp(0.0, 1.0)
+    } else {
+        0.0
+    };
+    let t = ((uv * s + vw) / vv).clamp(0.0, 1.0);
+    let s = ((uv * t - uw) / uu).clamp(0.0, 1.0);
+    (w + s * u - t * v).length_squared()
 }
 
 /// Where a ray o + t d meets an infinite cylinder about an axis: the coefficients of
 /// t^2 a + 2 t b + c = 0, all times the squared length of the axis. What it takes are that squared
-/// length, the dot products of d and o with the axis, that of d and o, and o^2 - r^2.
+/// length and that of d, the dot products of d and o with the axis, that of d and o, and o^2 - r^2.
 #[inline]
 pub(super) fn quadratic<T: Copy + Mul<Output = T> + Sub<Output = T>>(
-    length2: T,
+    [length2, direction2]: [T; 2],
     [along, offset_along]: [T; 2],
     approach: T,
     excess: T,
 ) -> (T, T, T) {
-    let a = length2 - along * along;
+    let a = length2 * direction2 - along * along;
     let b = length2 * approach - along * offset_along;
     let c = length2 * excess - offset_along * offset_along;
     (a, b, c)
@@ -208,6 +245,26 @@ mod tests {
         let from = |direction| Ray { origin: DVec3::new(0.0, 1.0, 0.0), direction };
         assert_eq!(segment().leave(&from(DVec3::X), 0.0), Leave::Forward(3.0));
         assert_eq!(segment().leave(&from(DVec3::NEG_X), 0.0), Leave::Backward(2.0));
+    }
+
+    /// Against the least distance of many points of both.
+    #[test]
+    fn distances_of_segments_are_those_of_their_nearest_points() {
+        let mut sampler = crate::math::rng::Sampler::new(4, 0, 0);
+        let mut point = || DVec3::from_array([(); 3].map(|()| sampler.next_1d()));
+        for pair in 0..300 {
+            let a = [point(), point()];
+            // Every tenth pair is parallel.
+            let shift = point();
+            let b = if pair % 10 == 0 { a.map(|end| end + shift) } else { [point(), point()] };
+            let at = |[start, end]: [DVec3; 2], i: u32| start.lerp(end, f64::from(i) / 200.0);
+            let pairs = (0..=200).flat_map(|i| (0..=200).map(move |j| (i, j)));
+            let least = pairs
+                .map(|(i, j)| at(a, i).distance_squared(at(b, j)))
+                .fold(f64::INFINITY, f64::min);
+            let found = segment_distance_squared(a, b);
+            assert!(found <= least + 1e-12 && found > least - 2e-2 * least.sqrt() - 1e-4);
+        }
     }
 
     #[test]

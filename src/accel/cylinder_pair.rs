@@ -13,28 +13,32 @@ use crate::math::extremes::lesser;
 /// Two vectors side by side.
 type Both = [f64x2; 3];
 
-/// A ray, twice side by side.
+/// Two rays side by side.
 #[derive(Debug, Clone, Copy)]
-pub struct RayTwice {
+pub struct RayPair {
     origin: Both,
     direction: Both,
+    /// The squared lengths of their directions.
+    direction2: f64x2,
 }
 
-impl RayTwice {
-    /// The ray, for [`enter_either`].
+impl RayPair {
+    /// The rays that look at the first and at the second segment of [`enter_either`].
     #[inline]
-    pub fn new(ray: &Ray) -> Self {
-        Self { origin: both(ray.origin, ray.origin), direction: both(ray.direction, ray.direction) }
+    pub fn new(a: &Ray, b: &Ray) -> Self {
+        let direction = both(a.direction, b.direction);
+        let direction2 = dot(direction, direction);
+        Self { origin: both(a.origin, b.origin), direction, direction2 }
     }
 }
 
-/// Which of two segments (0 or 1) the ray enters from outside first, and at which distance, if in
-/// (`t_min`, `t_max`).
+/// Which of two segments (0 or 1) is entered from outside first, each by its own ray, and at which
+/// distance, if in (`t_min`, `t_max`).
 #[inline]
 pub fn enter_either(
     a: &Cylinder,
     b: &Cylinder,
-    ray: &RayTwice,
+    ray: &RayPair,
     t_min: f64,
     t_max: f64,
 ) -> Option<(usize, f64)> {
@@ -43,7 +47,7 @@ pub fn enter_either(
     let offset = minus(ray.origin, start);
     let radius = f64x2::new([a.radius, b.radius]);
     let (qa, qb, qc) = quadratic(
-        dot(axis, axis),
+        [dot(axis, axis), ray.direction2],
         [dot(ray.direction, axis), dot(offset, axis)],
         dot(ray.direction, offset),
         dot(offset, offset) - radius * radius,
@@ -71,7 +75,7 @@ pub fn enter_either(
 impl Cylinder {
     /// The distance at which the ray enters from outside, if in (`t_min`, `t_max`).
     pub fn enter(&self, ray: &Ray, t_min: f64, t_max: f64) -> Option<f64> {
-        enter_either(self, self, &RayTwice::new(ray), t_min, t_max).map(|(_, t)| t)
+        enter_either(self, self, &RayPair::new(ray, ray), t_min, t_max).map(|(_, t)| t)
     }
 }
 
@@ -104,7 +108,9 @@ mod tests {
     /// Both in any order, one alone, none: along the x axis each is entered at x - radius.
     #[test]
     fn the_first_of_two_segments_counts() {
-        let ray = RayTwice::new(&Ray { origin: DVec3::ZERO, direction: DVec3::X });
+        let ray = Ray { origin: DVec3::ZERO, direction: DVec3::X };
+        let slow = RayPair::new(&ray, &ray.scaled(DVec3::splat(0.5)));
+        let ray = RayPair::new(&ray, &ray);
         let (near, far, behind) = (upright(2.0, 0.5), upright(4.0, 1.0), upright(-2.0, 0.5));
         let enter = |a, b| enter_either(a, b, &ray, 0.0, 10.0);
         assert_eq!(enter(&near, &far), Some((0, 1.5)));
@@ -114,5 +120,8 @@ mod tests {
         assert_eq!(enter(&behind, &behind), None);
         assert_eq!(enter_either(&near, &far, &ray, 1.6, 10.0), Some((1, 3.0)));
         assert_eq!(enter_either(&near, &far, &ray, 0.0, 1.4), None);
+        // A ray with half the direction takes twice as long.
+        assert_eq!(enter_either(&far, &near, &slow, 0.0, 10.0), Some((0, 3.0)));
+        assert_eq!(enter_either(&behind, &near, &slow, 0.0, 10.0), Some((1, 3.0)));
     }
 }

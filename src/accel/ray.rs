@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use crate::math::extremes::{greater, lesser};
 
-/// A half line; `direction` has unit length.
+/// A half line; `direction` has unit length, unless the ray was [`Ray::scaled`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ray {
     /// Where it starts.
@@ -24,6 +24,13 @@ impl Ray {
     #[inline]
     pub fn shifted(&self, shift: DVec3) -> Self {
         Self { origin: self.origin - shift, direction: self.direction }
+    }
+
+    /// The same ray seen from a frame whose axes are longer by `1 / factors`; distances along it stay
+    /// as they are.
+    #[inline]
+    pub fn scaled(&self, factors: DVec3) -> Self {
+        Self { origin: self.origin * factors, direction: self.direction * factors }
     }
 
     /// One over each component of the direction, kept finite: zero times it is zero.

@@ -10,7 +10,7 @@ use crate::accel::bilinear::{Bilinear, Edge};
 use crate::accel::bounds::Bounds;
 use crate::accel::bvh::Bvh;
 use crate::accel::cylinder::{Cylinder, Joint, Leave};
-use crate::accel::cylinder_pair::{RayTwice, enter_either};
+use crate::accel::cylinder_pair::{RayPair, enter_either};
 use crate::accel::ray::Ray;
 
 /// Everything that the geometry of a block depends on, in the block's own coordinates: its corner
@@ -58,13 +58,23 @@ pub struct Strand {
 }
 
 /// The cuts between the pieces of the yarns of one direction, strand after strand: piece i of the
-/// surface lies between cuts i and i + 1.
+/// surface lies between cuts i and i + 1. Those of pressed plies lie in the set's own space, which is
+/// narrower across the yarns by their aspect: there the plies are round.
 #[derive(Debug)]
 enum Cuts {
-    /// Of round plies, and the plies' radius.
+    /// Of round plies, and the plies' radius there.
     Joints(Vec<Joint>, f64),
     /// Of ribbons.
     Edges(Vec<Edge>),
+}
+
+impl Cuts {
+    fn len(&self) -> usize {
+        match self {
+            Self::Joints(joints, _) => joints.len(),
+            Self::Edges(edges) => edges.len(),
+        }
+    }
 }
 
 /// The geometry of a block.
@@ -73,6 +83,12 @@ pub struct Block {
     cuts: [Cuts; 2],
     /// Those of each set in the order of their cuts.
     strands: [Vec<Strand>; 2],
+    /// What takes a point of the block into each set's own space, and back.
+    narrowing: [DVec3; 2],
+    widening: [DVec3; 2],
+    /// By set and cut, whether other plies may reach into the piece: known of those alone that lie
+    /// wholly in the block.
+    crowded: [Vec<bool>; 2],
     /// Over the pieces that reach into the block.
     bvh: Bvh,
 }
@@ -106,6 +122,8 @@ pub struct Stretch {
     pub t: f64,
     /// Whether that is through the ply's wall, rather than where the stored stretch ends.
     pub out: bool,
+    /// Whether other plies may reach into it on the way.
+    pub crowded: bool,
 }
 
 /// A point of a yarn's surface.
@@ -122,11 +140,20 @@ impl Block {
     /// that do.
     pub fn new(plan: &BlockPlan, forms: &YarnForms) -> Self {
         let mut boxes = Vec::new();
-        let [warp, weft] = [YarnSet::Warp, YarnSet::Weft].map(|set| match forms.of(set) {
+        let sets = [YarnSet::Warp, YarnSet::Weft];
+        let widening = sets.map(|set| wider(set, forms.of(set).0.aspect()));
+        let [warp, weft] = sets.map(|set| match (forms.of(set).0.unpressed(), forms.of(set).1) {
             (shape @ YarnShape::Round { plies, ply_radius, .. }, twist) => {
-                let all =
-                    |path: &YarnPath| (0..plies).map(|n| path.ply(&shape, twist, n)).collect();
-                let bounds = |start, end| Cylinder::new(start, end, ply_radius).bounds();
+                let aspect = forms.of(set).0.aspect();
+                let all = |path: &YarnPath| {
+                    let path = path.narrowed(aspect);
+                    (0..plies).map(|n| path.ply(&shape, twist, n)).collect()
+                };
+                let bounds = |start, end| {
+                    let Bounds { min, max } = Cylinder::new(start, end, ply_radius).bounds();
+                    let widening = widening[set as usize];
+                    Bounds { min: min * widening, max: max * widening }
+                };
                 let (joints, strands) = inside(plan, set, all, bounds, &mut boxes);
                 (Cuts::Joints(joints, ply_radius), strands)
             }
@@ -137,7 +164,36 @@ impl Block {
                 (Cuts::Edges(edges), strands)
             }
         });
-        Self { cuts: [warp.0, weft.0], strands: [warp.1, weft.1], bvh: Bvh::new(&boxes) }
+        let mut block = Self {
+            crowded: [&warp.0, &weft.0].map(|cuts| vec![true; cuts.len()]),
+            cuts: [warp.0, weft.0],
+            strands: [warp.1, weft.1],
+            narrowing: widening.map(DVec3::recip),
+            widening,
+            bvh: Bvh::new(&boxes),
+        };
+        for &(number, bounds) in boxes.iter().filter(|(_, bounds)| within(bounds, plan.size)) {
+            let piece = Piece(number);
+            let near = |other: &(u32, Bounds)| block.may_overlap((number, bounds), *other);
+            block.crowded[piece.set()][piece.cut()] = boxes.iter().any(near);
+        }
+        block
+    }
+
+    /// Whether two pieces are of different plies that perhaps overlap there.
+    fn may_overlap(&self, (a, a_box): (u32, Bounds), (b, b_box): (u32, Bounds)) -> bool {
+        let [a, b] = [a, b].map(Piece);
+        if !a_box.meets(&b_box) || self.strand(a) == self.strand(b) {
+            return false;
+        }
+        match &self.cuts[a.set()] {
+            // Only in one set's own space are both round.
+            Cuts::Joints(joints, radius) if a.set() == b.set() => {
+                let [a, b] = [a, b].map(|piece| cylinder(joints, *radius, piece.cut()));
+                a.may_overlap(&b)
+            }
+            _ => true,
+        }
     }
 
     /// The nearest surface that the ray enters within (`t_min`, `t_max`), and its distance; `inverse`
@@ -150,8 +206,8 @@ impl Block {
         t_min: f64,
         t_max: f64,
     ) -> Option<(Piece, f64)> {
-        let twice = RayTwice::new(ray);
-        let enter = |pieces, t_max| self.enter(pieces, ray, &twice, t_min, t_max);
+        let rays = self.narrowed(ray);
+        let enter = |pieces, t_max| self.enter(pieces, &rays, t_min, t_max);
         let hit = self.bvh.nearest(ray, inverse, t_min, t_max, enter);
         hit.map(|(piece, t)| (Piece(piece), t))
     }
@@ -159,30 +215,36 @@ impl Block {
     /// Whether the ray enters any surface within (`t_min`, `t_max`).
     #[inline]
     pub fn any(&self, ray: &Ray, inverse: DVec3, t_min: f64, t_max: f64) -> bool {
-        let twice = RayTwice::new(ray);
-        let enters = |pieces| self.enter(pieces, ray, &twice, t_min, t_max).is_some();
+        let rays = self.narrowed(ray);
+        let enters = |pieces| self.enter(pieces, &rays, t_min, t_max).is_some();
         self.bvh.any(ray, inverse, t_min, t_max, enters)
     }
 
-    /// Which of two pieces the ray enters first, and where.
+    /// The ray in each set's own space.
+    #[inline]
+    fn narrowed(&self, ray: &Ray) -> [Ray; 2] {
+        self.narrowing.map(|narrowing| ray.scaled(narrowing))
+    }
+
+    /// Which of two pieces the ray enters first, and where; `rays` is it in each set's own space.
     #[inline]
     fn enter(
         &self,
         pieces: [u32; 2],
-        ray: &Ray,
-        twice: &RayTwice,
+        rays: &[Ray; 2],
         t_min: f64,
         t_max: f64,
     ) -> Option<(u32, f64)> {
         let [a, b] = pieces.map(Piece);
         match [a, b].map(|piece| &self.cuts[piece.set()]) {
             [Cuts::Joints(joints, radius), Cuts::Joints(others, other_radius)] => {
+                let pair = RayPair::new(&rays[a.set()], &rays[b.set()]);
                 let a = cylinder(joints, *radius, a.cut());
                 let b = cylinder(others, *other_radius, b.cut());
-                let (which, t) = enter_either(&a, &b, twice, t_min, t_max)?;
+                let (which, t) = enter_either(&a, &b, &pair, t_min, t_max)?;
                 Some((pieces[which], t))
             }
-            _ => self.enter_in_turn(pieces, ray, t_min, t_max),
+            _ => self.enter_in_turn(pieces, rays, t_min, t_max),
         }
     }
 
@@ -192,21 +254,22 @@ impl Block {
     fn enter_in_turn(
         &self,
         [a, b]: [u32; 2],
-        ray: &Ray,
+        rays: &[Ray; 2],
         t_min: f64,
         t_max: f64,
     ) -> Option<(u32, f64)> {
-        let first = self.enter_one(Piece(a), ray, t_min, t_max).map(|t| (a, t));
+        let first = self.enter_one(Piece(a), rays, t_min, t_max).map(|t| (a, t));
         if a == b {
             return first;
         }
         let t_max = first.map_or(t_max, |(_, t)| t);
-        self.enter_one(Piece(b), ray, t_min, t_max).map(|t| (b, t)).or(first)
+        self.enter_one(Piece(b), rays, t_min, t_max).map(|t| (b, t)).or(first)
     }
 
     /// Where the ray enters a piece.
     #[inline]
-    fn enter_one(&self, piece: Piece, ray: &Ray, t_min: f64, t_max: f64) -> Option<f64> {
+    fn enter_one(&self, piece: Piece, rays: &[Ray; 2], t_min: f64, t_max: f64) -> Option<f64> {
+        let ray = &rays[piece.set()];
         match &self.cuts[piece.set()] {
             Cuts::Joints(joints, radius) => {
                 cylinder(joints, *radius, piece.cut()).enter(ray, t_min, t_max)
@@ -225,26 +288,39 @@ impl Block {
     /// Normal and tangent where the ray meets `piece` at distance `t`.
     #[inline]
     pub fn surface(&self, piece: Piece, ray: &Ray, t: f64) -> SurfacePoint {
-        let (normal, tangent) = match &self.cuts[piece.set()] {
+        let set = piece.set();
+        match &self.cuts[set] {
             Cuts::Joints(joints, radius) => {
-                cylinder(joints, *radius, piece.cut()).shading(ray.at(t))
+                let point = ray.at(t) * self.narrowing[set];
+                let (normal, tangent) = cylinder(joints, *radius, piece.cut()).directions(point);
+                // Normals change by the inverse transpose of what changes tangents.
+                SurfacePoint {
+                    normal: (normal * self.narrowing[set]).normalize(),
+                    tangent: (tangent * self.widening[set]).normalize(),
+                }
             }
-            Cuts::Edges(edges) => patch(edges, piece.cut()).shading(ray.at(t)),
-        };
-        SurfacePoint { normal, tangent }
+            Cuts::Edges(edges) => {
+                let (normal, tangent) = patch(edges, piece.cut()).shading(ray.at(t));
+                SurfacePoint { normal, tangent }
+            }
+        }
     }
 
     /// How far a ray stays inside the ply of `piece`, in which it is at distance `t`. Pieces are walked
     /// from joint to joint.
     #[inline]
     pub fn leave(&self, piece: Piece, ray: &Ray, t: f64) -> Stretch {
-        let Cuts::Joints(joints, radius) = &self.cuts[piece.set()] else {
-            return Stretch { piece, t, out: true };
+        let set = piece.set();
+        let Cuts::Joints(joints, radius) = &self.cuts[set] else {
+            return Stretch { piece, t, out: true, crowded: true };
         };
+        let ray = &ray.scaled(self.narrowing[set]);
         let strand = self.strand(piece);
         let (mut cut, mut t) = (located(joints, strand, piece.cut(), ray.at(t)), t);
+        let mut crowded = false;
         loop {
-            let (t_next, out) = match cylinder(joints, *radius, cut).leave(ray, t) {
+            crowded |= self.crowded[set][cut];
+            let (end, out) = match cylinder(joints, *radius, cut).leave(ray, t) {
                 Leave::Forward(through) if cut + 1 < strand.last => {
                     (cut, t) = (cut + 1, through);
                     continue;
@@ -256,7 +332,7 @@ impl Block {
                 Leave::Wall(t) => (t, true),
                 Leave::Forward(t) | Leave::Backward(t) => (t, false),
             };
-            return Stretch { piece: Piece::new(strand.set, cut), t: t_next, out };
+            return Stretch { piece: Piece::new(strand.set, cut), t: end, out, crowded };
         }
     }
 
@@ -270,14 +346,14 @@ impl Block {
         inverse: DVec3,
         [t_min, t_max]: [f64; 2],
     ) -> Option<(Piece, f64)> {
-        let twice = RayTwice::new(ray);
+        let rays = self.narrowed(ray);
         let strand = own.map(|own| self.strand(own));
         let is_own = |piece: u32| {
             let (set, cut) = (Piece(piece).set(), Piece(piece).cut());
             strand.is_some_and(|s| s.set as usize == set && (s.first..s.last).contains(&cut))
         };
         let enter = |pieces: [u32; 2], t_max| {
-            let (first, t) = self.enter(pieces, ray, &twice, t_min, t_max)?;
+            let (first, t) = self.enter(pieces, &rays, t_min, t_max)?;
             if !is_own(first) {
                 return Some((first, t));
             }
@@ -285,7 +361,7 @@ impl Block {
             if is_own(second) {
                 return None;
             }
-            self.enter_one(Piece(second), ray, t_min, t_max).map(|t| (second, t))
+            self.enter_one(Piece(second), &rays, t_min, t_max).map(|t| (second, t))
         };
         let hit = self.bvh.nearest(ray, inverse, t_min, t_max, enter);
         hit.map(|(piece, t)| (Piece(piece), t))
@@ -299,7 +375,8 @@ impl Block {
         self.bvh.any(&ray, ray.inverse(), 0.0, f64::MIN_POSITIVE, |[a, b]| {
             for piece in [a, b].iter().take(if a == b { 1 } else { 2 }).map(|&piece| Piece(piece)) {
                 if let Cuts::Joints(joints, radius) = &self.cuts[piece.set()]
-                    && cylinder(joints, *radius, piece.cut()).contains(point)
+                    && cylinder(joints, *radius, piece.cut())
+                        .contains(point * self.narrowing[piece.set()])
                     && !found.iter().any(|other| self.strand(*other) == self.strand(piece))
                 {
                     found.push(piece);
@@ -313,7 +390,7 @@ impl Block {
     /// The first joint of `piece`.
     pub fn joint(&self, piece: Piece) -> Option<DVec3> {
         match &self.cuts[piece.set()] {
-            Cuts::Joints(joints, _) => Some(joints[piece.cut()].point),
+            Cuts::Joints(joints, _) => Some(joints[piece.cut()].point * self.widening[piece.set()]),
             Cuts::Edges(_) => None,
         }
     }
@@ -323,6 +400,7 @@ impl Block {
     /// that the block starts with.)
     pub fn piece_with(&self, set: YarnSet, yarn: i32, joint: DVec3) -> Option<Piece> {
         let Cuts::Joints(joints, _) = &self.cuts[set as usize] else { return None };
+        let joint = joint * self.narrowing[set as usize];
         let plies = self.strands[set as usize].iter().filter(|strand| strand.yarn == yarn);
         let pieces = plies.map(|strand| {
             let cut = located(joints, strand, strand.first, joint);
@@ -343,6 +421,14 @@ fn located(joints: &[Joint], strand: &Strand, mut cut: usize, point: DVec3) -> u
         cut -= 1;
     }
     cut
+}
+
+/// What widens a set by `aspect`, across its yarns.
+fn wider(set: YarnSet, aspect: f64) -> DVec3 {
+    match set {
+        YarnSet::Warp => DVec3::new(aspect, 1.0, 1.0),
+        YarnSet::Weft => DVec3::new(1.0, aspect, 1.0),
+    }
 }
 
 #[inline]
@@ -383,6 +469,11 @@ fn inside<C: Copy>(
         }
     }
     (cuts, strands)
+}
+
+/// Whether a box lies over the block's footprint with all of it.
+fn within(bounds: &Bounds, size: [f64; 2]) -> bool {
+    (0..2).all(|axis| bounds.min[axis] >= 0.0 && bounds.max[axis] <= size[axis])
 }
 
 /// Whether a box reaches over the block's footprint, with room for rounding.

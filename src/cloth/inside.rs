@@ -15,7 +15,23 @@ use crate::accel::ray::Ray;
 use crate::math::extremes::{greater, lesser};
 
 /// The plies that a point lies inside of, the one that a ray is in last; in the open if none.
-pub type Nest = SmallVec<[Place; 2]>;
+pub type Nest = SmallVec<[Place; 4]>;
+
+/// The plies on both sides of a place where a ray passes from inside some to inside others.
+#[derive(Debug, Clone, Default)]
+pub struct Sides {
+    /// Those that it comes from the inside of.
+    pub behind: Nest,
+    /// Those that it goes into.
+    pub ahead: Nest,
+}
+
+impl Sides {
+    /// The same for a ray that turns back.
+    pub fn reversed(&self) -> Self {
+        Self { behind: self.ahead.clone(), ahead: self.behind.clone() }
+    }
+}
 
 /// The end of a ray's way inside a ply.
 #[derive(Debug, Clone)]
@@ -24,70 +40,89 @@ pub struct Way {
     pub length: f64,
     /// The surface there, seen from where the ray comes from.
     pub surface: SurfacePoint,
-    /// The plies around the end of the way.
-    pub behind: Nest,
-    /// The plies around what lies beyond: none if that is the open.
-    pub ahead: Nest,
+    /// The plies there; `None` if it comes out into the open.
+    pub sides: Option<Box<Sides>>,
 }
 
 impl Swatch {
-    /// The plies around what lies beyond `hit` by `ray`, which came through the air.
+    /// The plies around what lies beyond `hit` by `ray`, which came through the open, if they are
+    /// more than the one hit.
     #[inline]
-    pub fn entered(&self, ray: &Ray, hit: &Hit) -> Nest {
-        if hit.cut {
-            self.nest_at(self.to_grid(ray).at(hit.t))
-        } else {
-            Nest::from_slice(&[hit.place])
+    pub fn entered(&self, ray: &Ray, hit: &Hit) -> Option<Box<Sides>> {
+        if !hit.cut {
+            return None;
         }
+        let ahead = self.nest_at(self.to_grid(ray).at(hit.t));
+        (ahead.len() > 1).then(|| Box::new(Sides { behind: Nest::new(), ahead }))
     }
 
-    /// The way of a ray that starts inside `nest` (one ply at least) and is in the last of it.
+    /// The way of a ray that starts inside the ply of `place`, and inside `others`.
     ///
     /// It ends at that ply's own surface or cut end, or at the surface of another ply, whichever comes
     /// first. The cost grows with the number of blocks that it crosses.
     #[inline]
-    pub fn way(&self, nest: &Nest, ray: &Ray) -> Way {
+    pub fn way(&self, place: &Place, others: &[Place], ray: &Ray) -> Way {
         let ray = self.to_grid(ray);
-        let (current, others) = nest.split_last().expect("a ray inside plies is inside one");
-        let (place, length) = self.leave(current, &ray);
-        let edge = self.edge(&ray);
-        let entered = self.other(&place, &ray, lesser(length, edge));
-        let end = entered.map_or(length, |hit| hit.t);
-        let mut behind = Nest::new();
-        if end <= edge {
-            let reach = others.iter().map(|other| self.leave(other, &ray));
-            behind.extend(reach.filter(|&(_, t)| t > end).map(|(other, _)| other));
+        let (place, length, crowded) = self.leave(place, &ray);
+        let edge = if self.holds(ray.at(length)) { f64::INFINITY } else { self.edge(&ray) };
+        if (crowded || !others.is_empty())
+            && let Some(way) = self.way_into(&place, others, &ray, [length, edge])
+        {
+            return way;
         }
-        let mut ahead = behind.clone();
-        behind.push(place);
-        if let Some(hit) = entered {
-            ahead = behind.clone();
-            ahead.push(hit.place);
-            return Way { length: end, surface: hit.surface, behind, ahead };
-        }
-        let length = lesser(length, edge);
-        let mut surface =
-            self.block(place.plan).surface(place.piece, &ray.shifted(place.corner), length);
-        surface.normal = if length < edge {
-            -surface.normal
-        } else {
-            -self.edge_normal(ray.at(edge), ray.direction)
-        };
-        Way { length, surface, behind, ahead }
+        let end = lesser(length, edge);
+        let local = ray.shifted(place.corner);
+        let mut surface = self.block(place.plan).surface(place.piece, &local, end);
+        surface.normal =
+            if length < edge { -surface.normal } else { -self.edge_normal(&ray, edge) };
+        Way { length: end, surface, sides: None }
     }
 
-    /// Where the ray leaves the ply of `place`, in which it starts: the place and the distance.
+    /// The same, if it ends inside other plies; `place` is where the ray leaves its own.
+    #[inline(never)]
+    fn way_into(
+        &self,
+        place: &Place,
+        others: &[Place],
+        ray: &Ray,
+        [length, edge]: [f64; 2],
+    ) -> Option<Way> {
+        let entered = self.other(place, ray, lesser(length, edge));
+        let end = entered.map_or(length, |hit| hit.t);
+        if end > edge {
+            return None;
+        }
+        let reach = others.iter().map(|other| self.leave(other, ray));
+        let mut behind: Nest = reach.filter(|way| way.1 > end).map(|way| way.0).collect();
+        let mut ahead = behind.clone();
+        behind.push(*place);
+        let surface = if let Some(hit) = entered {
+            ahead.push(*place);
+            ahead.push(hit.place);
+            hit.surface
+        } else {
+            let local = ray.shifted(place.corner);
+            let surface = self.block(place.plan).surface(place.piece, &local, end);
+            SurfacePoint { normal: -surface.normal, ..surface }
+        };
+        let inside = !ahead.is_empty();
+        inside.then(|| Way { length: end, surface, sides: Some(Box::new(Sides { behind, ahead })) })
+    }
+
+    /// Where the ray leaves the ply of `place`, in which it starts, the distance, and whether other
+    /// plies may reach into the way.
     #[inline]
-    fn leave(&self, place: &Place, ray: &Ray) -> (Place, f64) {
-        let (mut place, mut t) = (*place, 0.0);
+    fn leave(&self, place: &Place, ray: &Ray) -> (Place, f64, bool) {
+        let (mut place, mut t, mut crowded) = (*place, 0.0, false);
         loop {
             let stretch = self.block(place.plan).leave(place.piece, &ray.shifted(place.corner), t);
-            let Stretch { piece, t: end, out } = stretch;
-            let ended = Place { piece, ..place };
+            let ended = Place { piece: stretch.piece, ..place };
+            crowded |= stretch.crowded;
+            let Stretch { t: end, out, .. } = stretch;
             // A ply goes on in the block there.
             match if out { None } else { self.continued(&ended, ray.at(end)) } {
                 Some(next) => (place, t) = (next, end),
-                None => return (ended, end),
+                None => return (ended, end, crowded),
             }
         }
     }
@@ -131,46 +166,49 @@ impl Swatch {
         Some(self.hit(ray, &visit, piece, t))
     }
 
-    /// How far away the swatch's edge is, seen from inside.
+    /// Whether a point lies over the swatch.
     #[inline]
-    fn edge(&self, ray: &Ray) -> f64 {
+    fn holds(&self, point: DVec3) -> bool {
         let [width, height] = self.size;
-        let far = |low: f64, high: f64, axis: usize| {
+        (point.x > 0.0) & (point.x < width) & (point.y > -height) & (point.y < 0.0)
+    }
+
+    /// How far away the swatch's edge is, seen from inside.
+    #[cold]
+    fn edge(&self, ray: &Ray) -> f64 {
+        let far = |(low, high, axis): (f64, f64, usize)| {
             let side = if ray.direction[axis] > 0.0 { high } else { low };
             (side - ray.origin[axis]) / ray.direction[axis]
         };
+        let [width, height] = self.size;
         // NaN, from a ray along an edge, loses.
-        lesser(
-            lesser(far(0.0, width, 0), f64::INFINITY),
-            lesser(far(-height, 0.0, 1), f64::INFINITY),
-        )
+        [(0.0, width, 0), (-height, 0.0, 1)].map(far).into_iter().fold(f64::INFINITY, f64::min)
     }
 
-    /// The outward normal of the edge at a `point` of it that a ray in the given direction leaves by.
+    /// The outward normal of the edge that a ray leaves by at distance `t`.
     #[cold]
-    fn edge_normal(&self, point: DVec3, direction: DVec3) -> DVec3 {
-        let [width, height] = self.size;
+    fn edge_normal(&self, ray: &Ray, t: f64) -> DVec3 {
+        let (point, [width, height]) = (ray.at(t), self.size);
         let beside = |axis: usize, low: f64, high: f64| {
             (point[axis] - low).abs().min((point[axis] - high).abs())
         };
         let axis =
             if beside(0, 0.0, width) < beside(1, -height, 0.0) { DVec3::X } else { DVec3::Y };
-        axis * axis.dot(direction).signum()
+        axis * axis.dot(ray.direction).signum()
     }
 
     /// The cut end that a ray meets which comes in by the swatch's edge across `axis`.
     #[cold]
     pub(super) fn cut_end(&self, ray: &Ray, axis: usize) -> Option<Hit> {
         let place = *self.nest_at(ray.origin).last()?;
-        let block = self.block(place.plan);
-        let SurfacePoint { tangent, .. } =
-            block.surface(place.piece, &ray.shifted(place.corner), 0.0);
+        let local = ray.shifted(place.corner);
+        let SurfacePoint { tangent, .. } = self.block(place.plan).surface(place.piece, &local, 0.0);
         let normal = -DVec3::AXES[axis] * ray.direction[axis].signum();
         Some(Hit { t: 0.0, place, surface: SurfacePoint { normal, tangent }, cut: true })
     }
 
     /// The plies around a point, in the grid's coordinates.
-    pub(super) fn nest_at(&self, point: DVec3) -> Nest {
+    fn nest_at(&self, point: DVec3) -> Nest {
         // On the swatch's edge the block inside counts.
         let [width, height] = self.size;
         let within = [

@@ -1,6 +1,8 @@
 //! Cloth as geometry: relaxed yarns, their plies, and the walk of a ray through a swatch.
 
 pub mod block;
+pub mod clearance;
+pub mod fitting;
 pub mod grid;
 pub mod inside;
 mod layout;

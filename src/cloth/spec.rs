@@ -7,13 +7,18 @@ use crate::weave::problem::{RelaxProblem, YarnData};
 /// The cross section of a yarn.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum YarnShape {
-    /// Twisted plies with circular cross sections.
+    /// Twisted plies with circular cross sections, which may be pressed flat: then the yarn is that
+    /// of radius thickness / 2, stretched along its width.
     Round {
-        /// The radius of the whole yarn.
+        /// Half the width of the whole yarn.
         radius: f64,
+        /// The height of its cross section, at most twice the radius.
+        thickness: f64,
+        /// R of Eq. 3: how far the yarn keeps from others at a crossing.
+        collision: f64,
         /// How many plies, 1 to 12.
         plies: usize,
-        /// The radius of each ply.
+        /// The radius of each ply, along the yarn's width.
         ply_radius: f64,
         /// The length of a turn of the plies; positive for a right-handed helix.
         pitch: f64,
@@ -28,7 +33,36 @@ pub enum YarnShape {
 }
 
 impl YarnShape {
-    /// The distance of the ply centres from the yarn's centre.
+    /// A yarn of that radius, not pressed.
+    pub fn round(radius: f64, plies: usize, ply_radius: f64, pitch: f64) -> Self {
+        let (thickness, collision) = (2.0 * radius, radius);
+        Self::Round { radius, thickness, collision, plies, ply_radius, pitch }
+    }
+
+    /// How many times wider than high a pressed yarn is; 1 for others.
+    pub fn aspect(&self) -> f64 {
+        match *self {
+            Self::Round { radius, thickness, .. } => 2.0 * radius / thickness,
+            Self::Flat { .. } => 1.0,
+        }
+    }
+
+    /// The yarn before it was pressed: as high, but round.
+    pub fn unpressed(&self) -> Self {
+        match *self {
+            Self::Round { thickness, collision, plies, ply_radius, pitch, .. } => Self::Round {
+                radius: 0.5 * thickness,
+                thickness,
+                collision,
+                plies,
+                ply_radius: ply_radius / self.aspect(),
+                pitch,
+            },
+            flat @ Self::Flat { .. } => flat,
+        }
+    }
+
+    /// The distance of the ply centres from the yarn's centre, along its width.
     pub fn helix_radius(&self) -> f64 {
         match *self {
             Self::Round { radius, plies, ply_radius, .. } if plies > 1 => radius - ply_radius,
@@ -39,7 +73,7 @@ impl YarnShape {
     /// The radius with which the yarn collides with others.
     pub fn collision_radius(&self) -> f64 {
         match *self {
-            Self::Round { radius, .. } => radius,
+            Self::Round { collision, .. } => collision,
             Self::Flat { thickness, .. } => 0.5 * thickness,
         }
     }
@@ -57,8 +91,11 @@ impl YarnShape {
             check_range(&format!("{name}.{field}"), value, f64::MIN_POSITIVE, f64::MAX).map(drop)
         };
         match *self {
-            Self::Round { radius, plies, ply_radius, pitch } => {
+            Self::Round { radius, thickness, collision, plies, ply_radius, pitch } => {
+                positive("collision_radius_mm", collision)?;
                 positive("radius_mm", radius)?;
+                positive("thickness_mm", thickness)?;
+                check_range(&format!("{name}.thickness_mm"), thickness, 0.0, 2.0 * radius)?;
                 positive("ply_radius_mm", ply_radius)?;
                 positive("pitch_mm", pitch.abs())?;
                 check_range(&format!("{name}.plies"), plies as f64, 1.0, 12.0)?;
@@ -116,6 +153,19 @@ impl ClothSpec {
         let mean =
             |yarns: &YarnSpec| yarns.spacing.iter().sum::<f64>() / yarns.spacing.len() as f64;
         0.5 * (mean(&self.warp) + mean(&self.weft))
+    }
+
+    /// R_A + R_B of Eq. 3.
+    pub fn contact(&self) -> f64 {
+        self.warp.shape.collision_radius() + self.weft.shape.collision_radius()
+    }
+
+    /// The thickness of the thinner yarn.
+    pub fn thinnest(&self) -> f64 {
+        let thickness = |shape: &YarnShape| match *shape {
+            YarnShape::Round { thickness, .. } | YarnShape::Flat { thickness, .. } => thickness,
+        };
+        thickness(&self.warp.shape).min(thickness(&self.weft.shape))
     }
 
     /// The same cloth with its picks counted from the bottom, as they lie along y.

@@ -18,7 +18,7 @@ use crate::accel::ray::Ray;
 use crate::control::Control;
 use crate::error::Result;
 use crate::math::extremes::{greater, greater3, lesser, lesser3};
-use crate::weave::relax::relax;
+use crate::weave::relax::{Relaxed, relax};
 
 /// A surface closer than this part of the mean spacing is the one a ray starts from.
 const SELF_HIT_DISTANCE: f64 = 1e-6;
@@ -98,7 +98,17 @@ impl Swatch {
     pub fn new(spec: &ClothSpec, size: [f64; 2], control: &Control) -> Result<Self> {
         let spec = spec.bottom_up();
         let relaxed = relax(&spec.relax_problem(), control)?;
-        let layout = Layout::new(&spec, [&relaxed.warp, &relaxed.weft], size);
+        Self::of(&spec, &relaxed, size, control)
+    }
+
+    /// Lays out a cloth that is relaxed already; the picks of both are counted from the bottom.
+    pub fn of(
+        spec: &ClothSpec,
+        relaxed: &Relaxed,
+        size: [f64; 2],
+        control: &Control,
+    ) -> Result<Self> {
+        let layout = Layout::new(spec, [&relaxed.warp, &relaxed.weft], size);
         let axes = layout.axes();
         let [columns, rows] = [axes[0].len(), axes[1].len()];
         let (plans, plan_of) = distinct(&layout, columns, rows, control)?;

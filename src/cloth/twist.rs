@@ -97,7 +97,7 @@ mod tests {
     use super::*;
 
     fn yarn(plies: usize, pitch: f64) -> YarnShape {
-        YarnShape::Round { radius: 0.4, plies, ply_radius: 0.15, pitch }
+        YarnShape::round(0.4, plies, 0.15, pitch)
     }
 
     fn pitch_error(plies: usize, pitch: f64, crossings: usize) -> f64 {

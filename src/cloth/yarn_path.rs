@@ -49,6 +49,11 @@ struct Station {
 }
 
 impl YarnPath {
+    /// The same stretch where everything across the yarns of its set is narrower by `aspect`.
+    pub fn narrowed(&self, aspect: f64) -> Self {
+        Self { offset: self.offset / aspect, ..self.clone() }
+    }
+
     /// The joints of ply `ply` of a round yarn: a helix about its centre line, right-handed if the
     /// twist is positive.
     pub fn ply(&self, shape: &YarnShape, twist: Twist, ply: usize) -> Vec<Joint> {
@@ -123,7 +128,7 @@ mod tests {
     fn plies_of_positive_pitch_turn_like_a_right_handed_screw() {
         for (set, axis) in [(YarnSet::Warp, DVec3::Y), (YarnSet::Weft, DVec3::X)] {
             for pitch in [4.0, -4.0, 0.9] {
-                let shape = YarnShape::Round { radius: 0.4, plies: 2, ply_radius: 0.2, pitch };
+                let shape = YarnShape::round(0.4, 2, 0.2, pitch);
                 let path = straight(set);
                 let middle = path.stations(2).next().unwrap().center;
                 let spokes: Vec<_> = path

@@ -96,6 +96,8 @@ impl BsdfDescription {
 #[derive(FromPyObject)]
 struct RoundDescription {
     radius_mm: f64,
+    thickness: f64,
+    collision_radius: f64,
     plies: usize,
     pitch: f64,
     ply_radius: f64,
@@ -116,9 +118,14 @@ enum ShapeDescription {
 impl From<&ShapeDescription> for YarnShape {
     fn from(description: &ShapeDescription) -> Self {
         match *description {
-            ShapeDescription::Round(RoundDescription { radius_mm, plies, pitch, ply_radius }) => {
-                Self::Round { radius: radius_mm, plies, ply_radius, pitch }
-            }
+            ShapeDescription::Round(RoundDescription {
+                radius_mm,
+                thickness,
+                collision_radius: collision,
+                plies,
+                pitch,
+                ply_radius,
+            }) => Self::Round { radius: radius_mm, thickness, collision, plies, ply_radius, pitch },
             ShapeDescription::Flat(FlatDescription { width_mm, thickness }) => {
                 Self::Flat { width: width_mm, thickness }
             }

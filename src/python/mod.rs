@@ -2,6 +2,7 @@
 
 use pyo3::prelude::*;
 
+mod clearance;
 mod describe;
 mod gate;
 mod image;
@@ -13,6 +14,8 @@ mod weave;
 mod _plycloth {
     use super::*;
 
+    #[pymodule_export]
+    use super::clearance::{fitted, overlaps};
     #[pymodule_export]
     use super::image::{decode_exr, encode_exr};
     #[pymodule_export]

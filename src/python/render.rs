@@ -1,11 +1,13 @@
 //! Scenes, pictures and recorded paths.
 
 use numpy::ndarray::Array3;
-use numpy::{IntoPyArray, PyArray3};
+use numpy::{IntoPyArray, PyArray2, PyArray3};
 use pyo3::prelude::*;
 
+use super::clearance;
 use super::describe::{self, FabricDescription, PlyBsdfDescription};
 use super::gate;
+use crate::cloth::spec::ClothSpec;
 use crate::cloth::swatch::Swatch;
 use crate::error::Result;
 use crate::math::color::Rgb;
@@ -16,6 +18,7 @@ use crate::render::light::Lights;
 use crate::render::path::PathLimits;
 use crate::render::scene::Scene;
 use crate::render::tape::{Tape, parameter};
+use crate::weave::relax::{Relaxed, relax};
 
 /// Segments before Russian roulette sets in, as in Mitsuba.
 const ROULETTE_DEPTH: u32 = 5;
@@ -28,7 +31,12 @@ fn limits(max_depth: Option<u32>, both_sides: bool, lobe_floor: f64) -> PathLimi
 
 /// A scene, ready for rays.
 #[pyclass(frozen, module = "plycloth._plycloth")]
-pub struct CompiledScene(Scene);
+pub struct CompiledScene {
+    scene: Scene,
+    /// What its swatch was made of, with picks counted from the bottom.
+    spec: ClothSpec,
+    relaxed: Relaxed,
+}
 
 #[pymethods]
 impl CompiledScene {
@@ -46,10 +54,24 @@ impl CompiledScene {
             lights.try_iter()?.map(|light| describe::light(&light?)).collect::<PyResult<_>>()?;
         let shapes = [spec.warp.shape, spec.weft.shape];
         let py = scene.py();
-        let (swatch, materials) = gate::run(py, threads, None, |control| {
-            Ok((Swatch::new(&spec, size, control)?, palette.materials(control)?))
+        let spec = spec.bottom_up();
+        let (relaxed, swatch, materials) = gate::run(py, threads, None, |control| {
+            let relaxed = relax(&spec.relax_problem(), control)?;
+            let swatch = Swatch::of(&spec, &relaxed, size, control)?;
+            Ok((relaxed, swatch, palette.materials(control)?))
         })?;
-        Ok(Self(Scene { swatch, shapes, materials, camera, lights: Lights(lights) }))
+        let scene = Scene { swatch, shapes, materials, camera, lights: Lights(lights) };
+        Ok(Self { scene, spec, relaxed })
+    }
+
+    /// How deep yarns overlap at each crossing: picks x ends, in millimetres.
+    #[pyo3(signature = (threads=None))]
+    fn overlaps<'py>(
+        &self,
+        py: Python<'py>,
+        threads: Option<usize>,
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        clearance::depths(py, threads, &self.spec, |_| Ok(&self.relaxed))
     }
 
     /// Averages of the cells of a grid (columns, rows) over the picture: rows x columns x 3.
@@ -65,7 +87,8 @@ impl CompiledScene {
     ) -> PyResult<Bound<'py, PyArray3<f64>>> {
         let cells =
             Cells { grid, paths, seed, limits: limits(max_depth, true, LOBE_FLOOR) }.checked()?;
-        let averages = gate::run(py, threads, None, |control| cells.averages(&self.0, control))?;
+        let averages =
+            gate::run(py, threads, None, |control| cells.averages(&self.scene, control))?;
         let values = averages.iter().flat_map(Rgb::to_array).collect();
         let array = Array3::from_shape_vec((grid[1], grid[0], 3), values);
         Ok(array.expect("there is an average for each cell").into_pyarray(py))
@@ -86,7 +109,7 @@ impl CompiledFilm {
         max_depth: Option<u32>,
         both_sides: bool,
     ) -> Result<Self> {
-        Ok(Self(Film::new(&scene.0, seed, limits(max_depth, both_sides, 0.0))?))
+        Ok(Self(Film::new(&scene.scene, seed, limits(max_depth, both_sides, 0.0))?))
     }
 
     #[pyo3(signature = (scene, spp, threads=None, progress=None))]
@@ -98,7 +121,7 @@ impl CompiledFilm {
         threads: Option<usize>,
         progress: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<()> {
-        let (film, scene) = (&mut self.0, &scene.0);
+        let (film, scene) = (&mut self.0, &scene.scene);
         gate::run(py, threads, progress, |control| film.run(scene, spp, control))
     }
 
@@ -130,7 +153,7 @@ impl CompiledFilm {
         scene: &CompiledScene,
         value: impl Fn(&Pixel) -> Rgb,
     ) -> Bound<'py, PyArray3<f32>> {
-        let [width, height] = scene.0.camera.resolution;
+        let [width, height] = scene.scene.camera.resolution;
         let values = self.0.pixels().iter().flat_map(|pixel| value(pixel).as_vec3().to_array());
         let array = Array3::from_shape_vec((height, width, 3), values.collect());
         array.expect("a film has a pixel for each place").into_pyarray(py)
@@ -169,7 +192,7 @@ impl CompiledTape {
     ) -> PyResult<Self> {
         let cells = Cells { grid, paths, seed, limits: limits(max_depth, true, LOBE_FLOOR) };
         let tape =
-            gate::run(py, threads, progress, |control| Tape::record(&scene.0, cells, control))?;
+            gate::run(py, threads, progress, |control| Tape::record(&scene.scene, cells, control))?;
         Ok(Self(tape))
     }
 

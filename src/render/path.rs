@@ -229,7 +229,7 @@ impl<R: Recorder> Path<'_, R> {
         beyond: LightNumber,
     ) -> Option<(Passage, Exit)> {
         let (entry, facet) = (self.sampler.next_2d(), self.sampler.next_2d());
-        let enters = interaction.behind.is_empty();
+        let enters = interaction.is_in_air();
         let refracted = if enters {
             let lamp = self.lamp_beyond(interaction, beyond);
             bsdf.sample_refracted(interaction.wo, lamp, self.limits.lobe_floor, entry)?
@@ -237,7 +237,7 @@ impl<R: Recorder> Path<'_, R> {
             (-interaction.wo, 1.0)
         };
         let exit = self.scene.exit(interaction, refracted.0);
-        let interfaces = [enters, exit.ahead.is_empty()];
+        let interfaces = [enters, exit.is_in_air()];
         let passage = bsdf.sample_passage(interfaces, refracted, exit.incident, exit.length, facet);
         Some((passage, exit))
     }
@@ -260,7 +260,7 @@ impl<R: Recorder> Path<'_, R> {
     #[inline]
     fn add_light_before(&mut self, interaction: &Interaction, eval: impl Fn(DVec3) -> (Rgb, f64)) {
         let number = self.light_number();
-        if interaction.behind.is_empty() {
+        if interaction.is_in_air() {
             let Interaction { point, frame, .. } = interaction;
             self.add_light(Side::Entry, *point, frame, number, 1.0, eval);
         }
@@ -277,7 +277,7 @@ impl<R: Recorder> Path<'_, R> {
         looked: f64,
         gone: f64,
     ) {
-        if exit.ahead.is_empty() {
+        if exit.is_in_air() {
             let eval = |wi| eval_exit(bsdf, crossing, wi, gone);
             self.add_light(Side::Exit, exit.point, &exit.frame, number, looked, eval);
         }
@@ -354,7 +354,7 @@ fn scattered_back(
     let (value, pdf) = eval(wi);
     let Interaction { point, frame, .. } = interaction;
     let ray = Ray { origin: *point, direction: frame.to_world(wi) };
-    let contact = interaction.contact_back();
+    let contact = interaction.contact();
     let (side, chance) = (Side::Entry, 1.0);
     (pdf > 0.0).then_some(Next { ray, side, wi, value, pdf, chance, contact })
 }

@@ -5,9 +5,9 @@ use glam::DVec3;
 use super::camera::Camera;
 use super::light::Lights;
 use crate::accel::ray::Ray;
-use crate::cloth::inside::{Nest, Way};
+use crate::cloth::inside::{Sides, Way};
 use crate::cloth::spec::YarnShape;
-use crate::cloth::swatch::{Hit, Swatch};
+use crate::cloth::swatch::{Hit, Place, Swatch};
 use crate::math::color::Rgb;
 use crate::math::frame::Frame;
 use crate::scatter::ply::PlyBsdf;
@@ -63,10 +63,9 @@ pub struct Interaction {
     pub wo: DVec3,
     /// The number of the yarn's material.
     pub material: u32,
-    /// The plies that the ray came from the inside of.
-    pub behind: Nest,
-    /// The plies that it goes into: one at least.
-    pub ahead: Nest,
+    place: Place,
+    /// The plies on both sides, if they are more than this one beyond.
+    sides: Option<Box<Sides>>,
 }
 
 /// Where a refracted ray comes out of the yarn.
@@ -80,42 +79,46 @@ pub struct Exit {
     pub incident: DVec3,
     /// The length of the way inside.
     pub length: f64,
-    /// The plies that the ray came from the inside of.
-    pub behind: Nest,
-    /// The plies that it goes into.
-    pub ahead: Nest,
+    /// The plies on both sides; `None` if there is air beyond.
+    sides: Option<Box<Sides>>,
 }
 
 /// Where light passes between plies that touch, from fiber to fiber: there is no interface.
 #[derive(Debug, Clone)]
 pub struct Contact {
     /// Normal of the surface there, to either side, and the tangent along the fiber.
-    pub frame: Frame,
-    /// The plies that it comes from the inside of.
-    pub behind: Nest,
-    /// The plies that it goes into: one at least.
-    pub ahead: Nest,
+    frame: Frame,
+    /// The plies there.
+    sides: Box<Sides>,
 }
 
 impl Interaction {
+    /// Whether the ray came through the air.
+    #[inline]
+    pub fn is_in_air(&self) -> bool {
+        self.sides.as_ref().is_none_or(|sides| sides.behind.is_empty())
+    }
+
     /// What light that is scattered back meets, if that is no air.
-    pub fn contact_back(&self) -> Option<Contact> {
-        (!self.behind.is_empty()).then(|| Contact {
-            frame: self.frame,
-            behind: self.ahead.clone(),
-            ahead: self.behind.clone(),
-        })
+    #[inline]
+    pub fn contact(&self) -> Option<Contact> {
+        let sides = self.sides.as_ref().filter(|sides| !sides.behind.is_empty())?;
+        Some(Contact { frame: self.frame, sides: Box::new(sides.reversed()) })
     }
 }
 
 impl Exit {
+    /// Whether there is air beyond.
+    #[inline]
+    pub fn is_in_air(&self) -> bool {
+        self.sides.is_none()
+    }
+
     /// What light that goes on meets, if that is no air.
+    #[inline]
     pub fn contact(&self) -> Option<Contact> {
-        (!self.ahead.is_empty()).then(|| Contact {
-            frame: self.frame,
-            behind: self.behind.clone(),
-            ahead: self.ahead.clone(),
-        })
+        let sides = self.sides.as_ref()?;
+        Some(Contact { frame: self.frame, sides: sides.clone() })
     }
 }
 
@@ -125,54 +128,56 @@ impl Scene {
     pub fn interaction(&self, ray: &Ray, hit: &Hit) -> Interaction {
         let back = -ray.direction;
         let frame = frame_facing(back, hit.surface.normal, hit.surface.tangent);
-        let ahead = self.swatch.entered(ray, hit);
-        self.vertex(ray.at(hit.t), frame, back, Nest::new(), ahead)
+        let Hit { t, place, .. } = *hit;
+        Interaction {
+            point: ray.at(t),
+            frame,
+            wo: frame.to_local(back),
+            material: self.materials.of_yarn[place.set as usize][place.yarn],
+            place,
+            sides: self.swatch.entered(ray, hit),
+        }
     }
 
     /// What it means for shading that `ray` goes on through a contact at its origin.
-    pub fn through(&self, ray: &Ray, contact: Contact) -> Interaction {
+    pub fn through(&self, ray: &Ray, Contact { frame, sides }: Contact) -> Interaction {
         let back = -ray.direction;
-        let normal = contact.frame.normal();
-        let normal = normal * back.dot(normal).signum();
-        let frame = frame_facing(back, normal, contact.frame.tangent());
-        self.vertex(ray.origin, frame, back, contact.behind, contact.ahead)
-    }
-
-    #[inline]
-    fn vertex(
-        &self,
-        point: DVec3,
-        frame: Frame,
-        back: DVec3,
-        behind: Nest,
-        ahead: Nest,
-    ) -> Interaction {
-        let place = &ahead[ahead.len() - 1];
-        let material = self.materials.of_yarn[place.set as usize][place.yarn];
-        Interaction { point, frame, wo: frame.to_local(back), material, behind, ahead }
+        let normal = frame.normal() * back.dot(frame.normal()).signum();
+        let frame = frame_facing(back, normal, frame.tangent());
+        let place = sides.ahead[sides.ahead.len() - 1];
+        Interaction {
+            point: ray.origin,
+            frame,
+            wo: frame.to_local(back),
+            material: self.materials.of_yarn[place.set as usize][place.yarn],
+            place,
+            sides: Some(sides),
+        }
     }
 
     /// Where the ray refracted at `interaction` into `refracted` (in its frame) comes out: across
     /// a ply, or on the other face of a ribbon (Eq. 15).
     #[inline]
     pub fn exit(&self, interaction: &Interaction, refracted: DVec3) -> Exit {
-        let Interaction { point, frame, behind, ahead, .. } = interaction;
-        match self.shapes[ahead[ahead.len() - 1].set as usize] {
+        let Interaction { point, frame, place, sides, .. } = interaction;
+        match self.shapes[place.set as usize] {
             YarnShape::Flat { thickness, .. } => Exit {
                 point: *point,
                 frame: *frame,
                 incident: -refracted,
                 length: thickness / -refracted.z,
-                behind: ahead.clone(),
-                ahead: behind.clone(),
+                // A ribbon lies inside the same plies with both of its faces.
+                sides: interaction.contact().map(|contact| contact.sides),
             },
             YarnShape::Round { .. } => {
                 let direction = frame.to_world(refracted);
                 let ray = Ray { origin: *point, direction };
-                let Way { length, surface, behind, ahead } = self.swatch.way(ahead, &ray);
+                let ahead = sides.as_ref().map_or(&[][..], |sides| &sides.ahead);
+                let others = &ahead[..ahead.len().saturating_sub(1)];
+                let Way { length, surface, sides } = self.swatch.way(place, others, &ray);
                 let frame = frame_facing(-direction, surface.normal, surface.tangent);
                 let incident = frame.to_local(-direction);
-                Exit { point: ray.at(length), frame, incident, length, behind, ahead }
+                Exit { point: ray.at(length), frame, incident, length, sides }
             }
         }
     }

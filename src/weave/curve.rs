@@ -26,7 +26,7 @@ impl HeightCurve {
     }
 
     /// The cubic between knot `index` and the next, the last one closing the period.
-    pub(super) fn segment(&self, index: usize) -> Segment {
+    pub fn segment(&self, index: usize) -> Segment {
         let next = self.after(index);
         let end = if next == 0 { self.period } else { self.knots[next] };
         Segment {

@@ -24,7 +24,7 @@ pub fn round(plies: usize) -> YarnShape {
     let radius = 0.4;
     let sin = (std::f64::consts::PI / plies as f64).sin();
     let ply_radius = if plies == 1 { radius } else { radius * sin / (1.0 + sin) };
-    YarnShape::Round { radius, plies, ply_radius, pitch: 3.0 }
+    YarnShape::round(radius, plies, ply_radius, 3.0)
 }
 
 pub fn flat() -> YarnShape {

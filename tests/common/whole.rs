@@ -36,11 +36,13 @@ impl Piece {
 }
 
 /// All pieces of a swatch, each with its yarn: the set and the number in the pattern (picks counted
-/// from the bottom).
+/// from the bottom). They lie where the yarns of their set are round.
 pub struct WholeCloth {
     pub pieces: Vec<(YarnSet, usize, Piece)>,
     /// Of each piece, the number of its yarn through all repeats and that of its ply.
     numbers: Vec<(i64, usize)>,
+    /// How many times wider than high each set's yarns are.
+    aspects: [f64; 2],
     size: [f64; 2],
 }
 
@@ -91,16 +93,17 @@ impl WholeCloth {
                     YarnSet::Warp => (&relaxed.warp, spec.warp.shape, turned(&spec, size[1])),
                     YarnSet::Weft => (&relaxed.weft, spec.weft.shape, 0),
                 };
+                let aspect = aspect(shape);
                 let twist = Twist::new(&shape, crossing.spacing);
                 let path = YarnPath {
                     set,
-                    offset: own.start(yarn) + 0.5 * own.slot(yarn),
+                    offset: (own.start(yarn) + 0.5 * own.slot(yarn)) / aspect,
                     start: crossing.start(range.start),
                     slots: range.clone().map(|i| crossing.slot(i)).collect(),
                     knots: knots(&curves[own.index(yarn)], range, unit, quantum),
                     phase: twist.phase(range.start + phase_offset),
                 };
-                for (ply, piece) in shapes(&path, shape, twist) {
+                for (ply, piece) in shapes(&path, round(shape), twist) {
                     pieces.push((set, own.index(yarn), piece));
                     numbers.push((yarn, ply));
                 }
@@ -111,7 +114,8 @@ impl WholeCloth {
         for pick in rows.clone() {
             add(YarnSet::Weft, pick, (&picks, &ends), &columns);
         }
-        Self { pieces, numbers, size }
+        let aspects = [aspect(spec.warp.shape), aspect(spec.weft.shape)];
+        Self { pieces, numbers, aspects, size }
     }
 
     /// The stretch of `ray` above the swatch's rectangle.
@@ -135,20 +139,35 @@ impl WholeCloth {
         let corner = glam::DVec3::new(-0.5 * self.size[0], 0.5 * self.size[1], 0.0);
         let ray = ray.shifted(corner);
         self.pieces.iter().filter_map(move |(set, yarn, piece)| {
-            piece.enter(&ray, t_min, t_max).map(|t| (t, *set, *yarn))
+            // Where the yarns are round: with a unit direction, in the lengths of that space.
+            let narrow = self.narrow(*set);
+            let length = (narrow * ray.direction).length();
+            let direction = narrow * ray.direction / length;
+            let ray = Ray { origin: narrow * ray.origin, direction };
+            let t = piece.enter(&ray, t_min * length, t_max * length)?;
+            Some((t / length, *set, *yarn))
         })
+    }
+
+    /// What takes points to where the yarns of a set are round.
+    fn narrow(&self, set: YarnSet) -> glam::DMat3 {
+        let across = 1.0 / self.aspects[set as usize];
+        match set {
+            YarnSet::Warp => glam::DMat3::from_diagonal([across, 1.0, 1.0].into()),
+            YarnSet::Weft => glam::DMat3::from_diagonal([1.0, across, 1.0].into()),
+        }
     }
 
     /// The plies around a point, each once: set, number of the yarn through all repeats, ply.
     pub fn containing(&self, point: glam::DVec3) -> Vec<(YarnSet, i64, usize)> {
         let point = point + glam::DVec3::new(0.5 * self.size[0], -0.5 * self.size[1], 0.0);
-        let inside = |piece: &Piece| match piece {
-            Piece::Cylinder(cylinder) => cylinder.contains(point),
+        let inside = |set: YarnSet, piece: &Piece| match piece {
+            Piece::Cylinder(cylinder) => cylinder.contains(self.narrow(set) * point),
             Piece::Patch(_) => false,
         };
         let pieces = self.pieces.iter().zip(&self.numbers);
         let mut found: Vec<_> = pieces
-            .filter(|((_, _, piece), _)| inside(piece))
+            .filter(|((set, _, piece), _)| inside(*set, piece))
             .map(|((set, ..), (yarn, ply))| (*set, *yarn, *ply))
             .collect();
         found.sort_by_key(|(set, yarn, ply)| (*set as usize, *yarn, *ply));
@@ -170,6 +189,24 @@ fn turned(spec: &ClothSpec, height: f64) -> i64 {
     let twist = Twist::new(&spec.warp.shape, &spec.weft.spacing);
     let covering = (height / repeat).ceil() as usize;
     (picks * covering.min(twist.repeats(picks))) as i64
+}
+
+/// How many times wider than high a yarn is.
+fn aspect(shape: YarnShape) -> f64 {
+    match shape {
+        YarnShape::Round { radius, thickness, .. } => radius / (0.5 * thickness),
+        YarnShape::Flat { .. } => 1.0,
+    }
+}
+
+/// The yarn where it is round.
+fn round(mut shape: YarnShape) -> YarnShape {
+    let aspect = aspect(shape);
+    if let YarnShape::Round { radius, ply_radius, .. } = &mut shape {
+        *radius /= aspect;
+        *ply_radius /= aspect;
+    }
+    shape
 }
 
 /// Rounded heights and slopes at the start and the middle of each slot, and at the end.

@@ -1,0 +1,119 @@
+//! Cross sections with which the yarns of a cloth do not cut into each other: they are pressed oval,
+//! and where that is not enough they shrink.
+
+use super::clearance::{Woven, half_width};
+use super::spec::{ClothSpec, YarnShape, YarnSpec};
+use crate::control::Control;
+use crate::error::Result;
+use crate::weave::relax::relax;
+
+/// An overlap of less than this part of the thinner yarn's thickness does not show.
+pub const TOLERANCE: f64 = 0.02;
+
+/// What a search aims at, since the relaxation that follows it differs a little.
+const AIM: f64 = 0.95 * TOLERANCE;
+
+/// Pressed yarns are at most this many times wider than high, unless they were before.
+const MAX_ASPECT: f64 = 3.0;
+
+/// Halvings of the range of aspects, or of sizes.
+const HALVINGS: usize = 7;
+
+/// The size at which the search gives up.
+const LEAST_SIZE: f64 = 1.0 / 64.0;
+
+/// Relaxations, of which each begins with what the last has led to.
+const ROUNDS: usize = 3;
+
+/// The shapes of ends and picks that are as wide as the given ones as far as half the distance of
+/// neighbours allows, and as round as fits; [`TOLERANCE`] says what counts as an overlap.
+///
+/// With a stiff contact heights are proportional to how far the yarns keep from each other: a search
+/// needs one relaxation, and one to confirm it.
+pub fn fitted(spec: &ClothSpec, control: &Control) -> Result<[YarnShape; 2]> {
+    let mut spec = spec.clone();
+    for yarns in [&mut spec.warp, &mut spec.weft] {
+        yarns.shape = capped(yarns);
+    }
+    for _ in 0..ROUNDS {
+        let relaxed = relax(&spec.relax_problem(), control)?;
+        let clear = |size: f64, press: f64, tolerance: f64| {
+            let tried = changed(&spec, size, press);
+            let scale = tried.contact() / spec.contact();
+            let woven = Woven { spec: &tried, relaxed: &relaxed, scale };
+            woven.is_clear(tolerance * tried.thinnest(), control)
+        };
+        if clear(1.0, 0.0, TOLERANCE)? {
+            break;
+        }
+        let (size, press) = if clear(1.0, 1.0, AIM)? {
+            (1.0, bisected([1.0, 0.0], |press| clear(1.0, press, AIM))?)
+        } else {
+            (bisected([LEAST_SIZE, 1.0], |size| clear(size, 1.0, AIM))?, 1.0)
+        };
+        spec = changed(&spec, size, press);
+    }
+    Ok([spec.warp.shape, spec.weft.shape])
+}
+
+/// A value that holds, close to one that does not; the range is from the first to the second.
+fn bisected([mut good, mut bad]: [f64; 2], holds: impl Fn(f64) -> Result<bool>) -> Result<f64> {
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (good + bad);
+        *(if holds(middle)? { &mut good } else { &mut bad }) = middle;
+    }
+    Ok(good)
+}
+
+/// The yarns' shape, no wider than the least distance between neighbours.
+fn capped(yarns: &YarnSpec) -> YarnShape {
+    let next = yarns.spacing.iter().cycle().skip(1);
+    let distances = yarns.spacing.iter().zip(next).map(|(a, b)| 0.5 * (a + b));
+    let room = 0.5 * distances.fold(f64::INFINITY, f64::min);
+    let narrower = (room / half_width(&yarns.shape)).min(1.0);
+    match yarns.shape {
+        YarnShape::Round { thickness, collision, plies, ply_radius, pitch, radius } => {
+            let radius = narrower * radius;
+            let thickness = thickness.min(2.0 * radius);
+            let collision = collision.min(radius);
+            let ply_radius = narrower * ply_radius;
+            YarnShape::Round { radius, thickness, collision, plies, ply_radius, pitch }
+        }
+        YarnShape::Flat { width, thickness } => {
+            YarnShape::Flat { width: narrower * width, thickness }
+        }
+    }
+}
+
+/// The cloth with other yarns: see [`other`].
+fn changed(spec: &ClothSpec, size: f64, press: f64) -> ClothSpec {
+    let mut changed = spec.clone();
+    for yarns in [&mut changed.warp, &mut changed.weft] {
+        yarns.shape = other(&yarns.shape, size, press);
+    }
+    changed
+}
+
+/// The shape with another size, on the way from its own thickness (`press` = 0) to the least (1). A
+/// ribbon keeps its width.
+///
+/// A pressed yarn keeps half of the room at a crossing that it no longer fills: two wide yarns that
+/// touched there would cut into each other beside it.
+fn other(shape: &YarnShape, size: f64, press: f64) -> YarnShape {
+    match *shape {
+        YarnShape::Round { radius, thickness, collision, plies, ply_radius, pitch } => {
+            let thinner = press * (thickness - 2.0 * radius / MAX_ASPECT).max(0.0);
+            YarnShape::Round {
+                radius: size * radius,
+                thickness: size * (thickness - thinner),
+                collision: size * (collision - 0.25 * thinner),
+                plies,
+                ply_radius: size * ply_radius,
+                pitch,
+            }
+        }
+        YarnShape::Flat { width, thickness } => {
+            YarnShape::Flat { width, thickness: size * thickness }
+        }
+    }
+}

@@ -1,0 +1,62 @@
+//! Where the yarns of a fabric overlap, and shapes with which they do not.
+
+use std::borrow::Borrow;
+
+use numpy::ndarray::Array2;
+use numpy::{IntoPyArray, PyArray2};
+use pyo3::prelude::*;
+
+use super::describe::FabricDescription;
+use super::gate;
+use crate::cloth::clearance::Woven;
+use crate::cloth::fitting;
+use crate::cloth::spec::{ClothSpec, YarnShape};
+use crate::control::Control;
+use crate::error::Result;
+use crate::weave::relax::{Relaxed, relax};
+
+/// How deep yarns overlap at each crossing: picks x ends, in millimetres.
+#[pyfunction]
+#[pyo3(signature = (fabric, threads=None))]
+pub fn overlaps<'py>(
+    py: Python<'py>,
+    fabric: FabricDescription<'_>,
+    threads: Option<usize>,
+) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    let spec = fabric.cloth()?.bottom_up();
+    depths(py, threads, &spec, |control| relax(&spec.relax_problem(), control))
+}
+
+/// How wide and high the yarns are to be so that none overlap: for warp and weft half the width, the
+/// thickness, and the collision radius, in millimetres.
+#[pyfunction]
+#[pyo3(signature = (fabric, threads=None))]
+pub fn fitted(
+    py: Python<'_>,
+    fabric: FabricDescription<'_>,
+    threads: Option<usize>,
+) -> PyResult<[[f64; 3]; 2]> {
+    let spec = fabric.cloth()?;
+    let shapes = gate::run(py, threads, None, |control| fitting::fitted(&spec, control))?;
+    Ok(shapes.map(|shape| match shape {
+        YarnShape::Round { radius, thickness, collision, .. } => [radius, thickness, collision],
+        YarnShape::Flat { width, thickness } => [0.5 * width, thickness, 0.5 * thickness],
+    }))
+}
+
+/// The depths of a cloth whose picks are counted from the bottom, in the order of its pattern.
+pub fn depths<'py, R: Borrow<Relaxed>>(
+    py: Python<'py>,
+    threads: Option<usize>,
+    spec: &ClothSpec,
+    relaxed: impl FnOnce(&Control) -> Result<R> + Send,
+) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    let mut depths = gate::run(py, threads, None, |control| {
+        let relaxed = relaxed(control)?;
+        Woven { spec, relaxed: relaxed.borrow(), scale: 1.0 }.overlaps(control)
+    })?;
+    let (picks, ends) = (spec.pattern.picks, spec.pattern.ends);
+    depths = depths.chunks_exact(ends).rev().collect::<Vec<_>>().concat();
+    let array = Array2::from_shape_vec((picks, ends), depths);
+    Ok(array.expect("there is a depth for each crossing").into_pyarray(py))
+}
