@@ -10,7 +10,8 @@ TALL = WeavePattern([[True, False, True], [False, True, False]] * 2)  # 4 picks 
 
 
 def plain_fabric(**changes):
-    yarn = pc.RoundYarn(0.1, pc.PlyBsdf())
+    # Pressed a little, so that none pass through each other.
+    yarn = pc.RoundYarn(0.1, pc.PlyBsdf(), thickness_mm=0.16, collision_radius_mm=0.1)
     given = {"pattern": PLAIN, "warp": yarn, "weft": yarn} | {
         "warp_spacing_mm": 0.25,
         "weft_spacing_mm": 0.5,
@@ -31,7 +32,7 @@ def every_description():
     return [
         pc.PlyBsdf(eta=1.4, base_color=0.3, body="printed"),
         pc.DiffuseBsdf(0.2),
-        pc.RoundYarn(0.2, pc.PlyBsdf(), plies=2, pitch_mm=-1.5),
+        pc.RoundYarn(0.2, pc.PlyBsdf(), plies=2, pitch_mm=-1.5, thickness_mm=0.3),
         pc.FlatYarn(0.3, pc.DiffuseBsdf()),
         colored,
         pc.Swatch(colored, (3, 4)),

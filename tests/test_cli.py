@@ -158,6 +158,21 @@ def test_saved_fabrics_and_scenes_render(draft, tmp_path):
     assert pc.read_image(tmp_path / "scene.exr").pixels.shape == (3, 6, 3)
 
 
+def test_yarns_of_a_saved_fabric_are_fitted_if_wanted(draft, tmp_path, capsys):
+    thick = pc.RoundYarn(0.45, pc.PlyBsdf())
+    given = pc.Fabric.from_draft(pc.read_wif(draft), thick, thick)
+    for name, fabric in (("given", given), ("fitted", given.fitted())):
+        fabric.save(tmp_path / f"{name}.json")
+    assert render(tmp_path / "given.json", tmp_path / "given.exr") == 0
+    warning = capsys.readouterr().err
+    assert warning.startswith("plycloth: warning: yarns overlap at 16 of 16 crossings")
+    assert warning.count("\n") == 1
+    assert render(tmp_path / "given.json", tmp_path / "a.exr", "--fit-yarns") == 0
+    assert render(tmp_path / "fitted.json", tmp_path / "b.exr") == 0
+    assert capsys.readouterr().err == ""
+    assert pc.read_image(tmp_path / "a.exr") == pc.read_image(tmp_path / "b.exr")
+
+
 BROKEN = "[WIF]\nVersion=1.1\n[WEAVING]\nShafts=two\n"
 
 RENDERS = [

@@ -84,12 +84,32 @@ def test_the_printed_form_names_what_is_not_a_default():
 
 @pytest.mark.parametrize("plies", range(2, 13))
 def test_default_plies_touch_each_other_and_the_yarn(plies):
-    yarn = pc.RoundYarn(0.2, pc.PlyBsdf(), plies=plies)
-    angle = 2.0 * math.pi / plies
-    first = np.array([yarn.helix_radius, 0.0])
-    second = yarn.helix_radius * np.array([math.cos(angle), math.sin(angle)])
-    assert np.linalg.norm(first - second) == pytest.approx(2.0 * yarn.ply_radius, rel=1e-12)
-    assert yarn.helix_radius + yarn.ply_radius == pytest.approx(0.2, rel=1e-12)
+    for pitch in (-0.3, 0.9, 1.6, 30.0):
+        yarn = pc.RoundYarn(0.2, pc.PlyBsdf(), plies=plies, pitch_mm=pitch)
+        # From a point of one helix to many of the next.
+        turn = np.linspace(-2.0 * math.pi, 2.0 * math.pi, 400_001)
+        angle = turn + 2.0 * math.pi / plies
+        x = yarn.helix_radius * np.cos(angle) - yarn.helix_radius
+        y, z = yarn.helix_radius * np.sin(angle), pitch * turn / (2.0 * math.pi)
+        least = np.sqrt(x**2 + y**2 + z**2).min()
+        assert least == pytest.approx(2.0 * yarn.ply_radius, rel=1e-5)
+        assert yarn.helix_radius + yarn.ply_radius == pytest.approx(0.2, rel=1e-12)
+
+
+@pytest.mark.parametrize("plies", range(2, 13))
+def test_plies_of_hardly_any_twist_touch_where_the_cross_section_says(plies):
+    yarn = pc.RoundYarn(0.2, pc.PlyBsdf(), plies=plies, pitch_mm=1e6)
+    side = 2.0 * yarn.helix_radius * math.sin(math.pi / plies)
+    assert side == pytest.approx(2.0 * yarn.ply_radius, rel=1e-6)
+
+
+def test_a_pressed_yarn_is_a_round_one_stretched():
+    round_yarn = pc.RoundYarn(0.2, pc.PlyBsdf(), plies=5, pitch_mm=0.9)
+    pressed = replace(round_yarn, radius_mm=0.5, thickness_mm=0.4)
+    assert pressed.ply_radius == pytest.approx(2.5 * round_yarn.ply_radius, rel=1e-12)
+    assert pressed.helix_radius == pytest.approx(2.5 * round_yarn.helix_radius, rel=1e-12)
+    assert (pressed.half_width, pressed.thickness, pressed.collision_radius) == (0.5, 0.4, 0.2)
+    assert replace(pressed, collision_radius_mm=0.3).collision_radius == 0.3
 
 
 def test_a_single_ply_is_the_yarn():

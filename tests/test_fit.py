@@ -63,6 +63,7 @@ def test_what_the_pictures_tell_is_found_within_5_percent():
     assert "<table>" in result._repr_html_()
 
 
+@pytest.mark.filterwarnings("ignore::plycloth.OverlapWarning")
 def test_what_trades_with_what_is_said():
     """Light through a ply is tinted by k_x^S k_y^S: with the mirrored light black, one number."""
     black = replace(HIDDEN, base_color=0.0, transmitted_color=0.0)
@@ -166,6 +167,7 @@ def test_the_gradient_is_that_of_the_objective():
         assert abs(gradient[i] - expected) < 1e-4 * scale, (label, gradient[i], expected)
 
 
+@pytest.mark.filterwarnings("ignore::plycloth.OverlapWarning")
 def test_averages_at_the_start_are_those_of_the_picture():
     everything, u, _ = problem([Lens(), Lens()])
     everything = replace(everything, paths=512, max_depth=8)

@@ -53,6 +53,16 @@ def test_the_file_is_readable(tmp_path):
     assert (document["plycloth"], document["type"]) == (1, "Fabric")
 
 
+def test_a_file_from_before_yarns_were_pressed_holds_round_ones(tmp_path):
+    file = tmp_path / "yarn.json"
+    yarn = pc.RoundYarn(0.2, pc.PlyBsdf())
+    pc.save(yarn, file)
+    document = json.loads(file.read_text(encoding="utf-8"))
+    del document["thickness_mm"], document["collision_radius_mm"]
+    file.write_text(json.dumps(document), encoding="utf-8")
+    assert pc.load(file) == yarn
+
+
 def test_patterns_are_saved_too(tmp_path):
     pc.save(PLAIN, tmp_path / "plain.json")
     assert pc.load(tmp_path / "plain.json") == PLAIN

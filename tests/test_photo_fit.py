@@ -12,6 +12,9 @@ from plycloth.photo_geometry import weaves
 from plycloth.photo_placement import Placement, find_placement
 from plycloth.photo_search import Effort
 
+# Its cloth is what is measured or guessed, whether yarns overlap in it or not.
+pytestmark = pytest.mark.filterwarnings("ignore::plycloth.OverlapWarning")
+
 SATIN = pc.Geometry(
     "5-end satin",
     pc.WeavePattern.satin(5, 2),

@@ -86,11 +86,20 @@ pub struct Block {
     /// What takes a point of the block into each set's own space, and back.
     narrowing: [DVec3; 2],
     widening: [DVec3; 2],
+    /// Whether any yarns are.
+    pressed: bool,
     /// By set and cut, whether other plies may reach into the piece: known of those alone that lie
     /// wholly in the block.
     crowded: [Vec<bool>; 2],
     /// Over the pieces that reach into the block.
     bvh: Bvh,
+}
+
+/// A ray in each set's own space, where yarns are round.
+struct Rays {
+    each: [Ray; 2],
+    /// The ray itself: that of both sets if no yarns are pressed.
+    twice: RayPair,
 }
 
 /// A piece of surface in a block.
@@ -169,6 +178,7 @@ impl Block {
             cuts: [warp.0, weft.0],
             strands: [warp.1, weft.1],
             narrowing: widening.map(DVec3::recip),
+            pressed: widening != [DVec3::ONE; 2],
             widening,
             bvh: Bvh::new(&boxes),
         };
@@ -186,11 +196,13 @@ impl Block {
         if !a_box.meets(&b_box) || self.strand(a) == self.strand(b) {
             return false;
         }
-        match &self.cuts[a.set()] {
-            // Only in one set's own space are both round.
-            Cuts::Joints(joints, radius) if a.set() == b.set() => {
-                let [a, b] = [a, b].map(|piece| cylinder(joints, *radius, piece.cut()));
-                a.may_overlap(&b)
+        match [a, b].map(|piece| &self.cuts[piece.set()]) {
+            // Of pressed yarns, only in one set's own space are both round.
+            [Cuts::Joints(joints, radius), Cuts::Joints(others, other_radius)]
+                if !self.pressed || a.set() == b.set() =>
+            {
+                let a = cylinder(joints, *radius, a.cut());
+                a.may_overlap(&cylinder(others, *other_radius, b.cut()))
             }
             _ => true,
         }
@@ -222,26 +234,31 @@ impl Block {
 
     /// The ray in each set's own space.
     #[inline]
-    fn narrowed(&self, ray: &Ray) -> [Ray; 2] {
-        self.narrowing.map(|narrowing| ray.scaled(narrowing))
+    fn narrowed(&self, ray: &Ray) -> Rays {
+        let twice = RayPair::new(ray, ray);
+        if self.pressed {
+            Rays { each: self.narrowing.map(|narrowing| ray.scaled(narrowing)), twice }
+        } else {
+            Rays { each: [*ray; 2], twice }
+        }
     }
 
     /// Which of two pieces the ray enters first, and where; `rays` is it in each set's own space.
     #[inline]
-    fn enter(
-        &self,
-        pieces: [u32; 2],
-        rays: &[Ray; 2],
-        t_min: f64,
-        t_max: f64,
-    ) -> Option<(u32, f64)> {
+    fn enter(&self, pieces: [u32; 2], rays: &Rays, t_min: f64, t_max: f64) -> Option<(u32, f64)> {
         let [a, b] = pieces.map(Piece);
         match [a, b].map(|piece| &self.cuts[piece.set()]) {
             [Cuts::Joints(joints, radius), Cuts::Joints(others, other_radius)] => {
-                let pair = RayPair::new(&rays[a.set()], &rays[b.set()]);
+                let pair;
+                let pair = if self.pressed {
+                    pair = RayPair::new(&rays.each[a.set()], &rays.each[b.set()]);
+                    &pair
+                } else {
+                    &rays.twice
+                };
                 let a = cylinder(joints, *radius, a.cut());
                 let b = cylinder(others, *other_radius, b.cut());
-                let (which, t) = enter_either(&a, &b, &pair, t_min, t_max)?;
+                let (which, t) = enter_either(&a, &b, pair, t_min, t_max)?;
                 Some((pieces[which], t))
             }
             _ => self.enter_in_turn(pieces, rays, t_min, t_max),
@@ -254,7 +271,7 @@ impl Block {
     fn enter_in_turn(
         &self,
         [a, b]: [u32; 2],
-        rays: &[Ray; 2],
+        rays: &Rays,
         t_min: f64,
         t_max: f64,
     ) -> Option<(u32, f64)> {
@@ -268,8 +285,8 @@ impl Block {
 
     /// Where the ray enters a piece.
     #[inline]
-    fn enter_one(&self, piece: Piece, rays: &[Ray; 2], t_min: f64, t_max: f64) -> Option<f64> {
-        let ray = &rays[piece.set()];
+    fn enter_one(&self, piece: Piece, rays: &Rays, t_min: f64, t_max: f64) -> Option<f64> {
+        let ray = &rays.each[piece.set()];
         match &self.cuts[piece.set()] {
             Cuts::Joints(joints, radius) => {
                 cylinder(joints, *radius, piece.cut()).enter(ray, t_min, t_max)
@@ -290,6 +307,11 @@ impl Block {
     pub fn surface(&self, piece: Piece, ray: &Ray, t: f64) -> SurfacePoint {
         let set = piece.set();
         match &self.cuts[set] {
+            Cuts::Joints(joints, radius) if !self.pressed => {
+                let (normal, tangent) =
+                    cylinder(joints, *radius, piece.cut()).directions(ray.at(t));
+                SurfacePoint { normal: normal.normalize(), tangent: tangent.normalize() }
+            }
             Cuts::Joints(joints, radius) => {
                 let point = ray.at(t) * self.narrowing[set];
                 let (normal, tangent) = cylinder(joints, *radius, piece.cut()).directions(point);

@@ -156,7 +156,7 @@ impl Swatch {
     }
 
     /// What the ray (in the grid's coordinates) hits at distance `t`.
-    #[inline]
+    #[inline(always)]
     pub(super) fn hit(&self, ray: &Ray, visit: &Visit, piece: Piece, t: f64) -> Hit {
         let (plan, corner) = self.visited(visit);
         let block = self.block(plan);
@@ -169,7 +169,7 @@ impl Swatch {
     }
 
     /// Where a piece of a block is.
-    #[inline]
+    #[inline(always)]
     pub(super) fn place(&self, at: &[Located; 2], plan: u32, corner: DVec3, piece: Piece) -> Place {
         let strand = self.block(plan).strand(piece);
         let axis = strand.set as usize;
@@ -179,7 +179,7 @@ impl Swatch {
     }
 
     /// The number of a block's first end (or pick), counted through all repeats.
-    #[inline]
+    #[inline(always)]
     pub(super) fn first_number(&self, axis: usize, at: &Located) -> i64 {
         at.tile * self.tile_yarns[axis] as i64 + self.first_yarn[axis][at.block] as i64
     }
@@ -203,7 +203,7 @@ impl Swatch {
 
     /// The stretch of the ray inside the swatch, if any. It starts there, since what a far camera
     /// sees would suffer from rounding.
-    #[inline]
+    #[inline(always)]
     fn clip(&self, ray: &Ray, t_max: f64) -> Option<Clipped> {
         let ray = self.to_grid(ray);
         let inverse = ray.inverse();

@@ -23,6 +23,9 @@ use crate::weave::relax::{Relaxed, relax};
 /// Segments before Russian roulette sets in, as in Mitsuba.
 const ROULETTE_DEPTH: u32 = 5;
 
+/// How likely every lobe is at least in paths that are evaluated for other parameters.
+const LOBE_FLOOR: f64 = 0.05;
+
 /// Without a depth, roulette alone ends paths.
 fn limits(max_depth: Option<u32>, both_sides: bool, lobe_floor: f64) -> PathLimits {
     let max_depth = max_depth.unwrap_or(u32::MAX);

@@ -77,7 +77,7 @@ struct Next {
     /// The probability of having come to this side at all.
     chance: f64,
     /// What is met at once, if the light does not go into the air.
-    contact: Option<Contact>,
+    contact: Option<Box<Contact>>,
 }
 
 /// Random numbers that choose a light, and a point on it.
@@ -111,10 +111,10 @@ pub fn radiance<R: Recorder>(
 
 impl<R: Recorder> Path<'_, R> {
     fn trace(&mut self, mut ray: Ray) {
-        let (mut scattered_pdf, mut contact) = (None, None);
+        let (mut scattered_pdf, mut contact) = (None, None::<Box<Contact>>);
         for depth in 1.. {
             let interaction = match contact {
-                Some(contact) => self.scene.through(&ray, contact),
+                Some(contact) => self.scene.through(&ray, *contact),
                 None => match self.meet(&ray, scattered_pdf) {
                     Some(interaction) => interaction,
                     None => return,

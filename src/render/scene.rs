@@ -89,7 +89,7 @@ pub struct Contact {
     /// Normal of the surface there, to either side, and the tangent along the fiber.
     frame: Frame,
     /// The plies there.
-    sides: Box<Sides>,
+    sides: Sides,
 }
 
 impl Interaction {
@@ -101,9 +101,9 @@ impl Interaction {
 
     /// What light that is scattered back meets, if that is no air.
     #[inline]
-    pub fn contact(&self) -> Option<Contact> {
+    pub fn contact(&self) -> Option<Box<Contact>> {
         let sides = self.sides.as_ref().filter(|sides| !sides.behind.is_empty())?;
-        Some(Contact { frame: self.frame, sides: Box::new(sides.reversed()) })
+        Some(Box::new(Contact { frame: self.frame, sides: sides.reversed() }))
     }
 }
 
@@ -116,9 +116,9 @@ impl Exit {
 
     /// What light that goes on meets, if that is no air.
     #[inline]
-    pub fn contact(&self) -> Option<Contact> {
+    pub fn contact(&self) -> Option<Box<Contact>> {
         let sides = self.sides.as_ref()?;
-        Some(Contact { frame: self.frame, sides: sides.clone() })
+        Some(Box::new(Contact { frame: self.frame, sides: Sides::clone(sides) }))
     }
 }
 
@@ -140,7 +140,9 @@ impl Scene {
     }
 
     /// What it means for shading that `ray` goes on through a contact at its origin.
-    pub fn through(&self, ray: &Ray, Contact { frame, sides }: Contact) -> Interaction {
+    #[cold]
+    pub fn through(&self, ray: &Ray, contact: Contact) -> Interaction {
+        let Contact { frame, sides } = contact;
         let back = -ray.direction;
         let normal = frame.normal() * back.dot(frame.normal()).signum();
         let frame = frame_facing(back, normal, frame.tangent());
@@ -151,7 +153,7 @@ impl Scene {
             wo: frame.to_local(back),
             material: self.materials.of_yarn[place.set as usize][place.yarn],
             place,
-            sides: Some(sides),
+            sides: Some(Box::new(sides)),
         }
     }
 
@@ -167,7 +169,7 @@ impl Scene {
                 incident: -refracted,
                 length: thickness / -refracted.z,
                 // A ribbon lies inside the same plies with both of its faces.
-                sides: interaction.contact().map(|contact| contact.sides),
+                sides: interaction.contact().map(|contact| Box::new(contact.sides)),
             },
             YarnShape::Round { .. } => {
                 let direction = frame.to_world(refracted);

@@ -23,7 +23,7 @@ pub struct RoughDielectric<T = f64> {
 
 impl<T: Real> RoughDielectric<T> {
     /// F G2 D / (4 |wo.n|): reflection from `wo` into `wi`, both above.
-    #[inline]
+    #[inline(always)]
     pub fn reflection(&self, wo: &Vector<T>, wi: &Vector<T>) -> T {
         if wi[2].re() <= 0.0 {
             return T::from(0.0);
@@ -35,7 +35,7 @@ impl<T: Real> RoughDielectric<T> {
     }
 
     /// The density of [`RoughDielectric::sample_reflection`].
-    #[inline]
+    #[inline(always)]
     pub fn reflection_pdf(&self, wo: &Vector<T>, wi: &Vector<T>) -> T {
         if wi[2].re() <= 0.0 {
             return T::from(0.0);
@@ -45,7 +45,7 @@ impl<T: Real> RoughDielectric<T> {
     }
 
     /// The refracting branch of Eq. 8: refraction from `wo` (above) into `wi` (below).
-    #[inline]
+    #[inline(always)]
     pub fn refraction(&self, wo: &Vector<T>, wi: &Vector<T>) -> T {
         let Some(facet) = self.refracting_facet(wo, wi) else { return T::from(0.0) };
         let transmitted = T::from(1.0) - fresnel(facet.cos_o, self.eta);
@@ -54,14 +54,14 @@ impl<T: Real> RoughDielectric<T> {
     }
 
     /// The density of [`RoughDielectric::sample_refraction`].
-    #[inline]
+    #[inline(always)]
     pub fn refraction_pdf(&self, wo: &Vector<T>, wi: &Vector<T>) -> T {
         let Some(facet) = self.refracting_facet(wo, wi) else { return T::from(0.0) };
         self.ggx.visible_normal_pdf(wo, &facet.h) * facet.jacobian
     }
 
     /// The microfacet that refracts `wo` into `wi`, if there is one.
-    #[inline]
+    #[inline(always)]
     fn refracting_facet(&self, wo: &Vector<T>, wi: &Vector<T>) -> Option<Facet<T>> {
         if wi[2].re() >= 0.0 {
             return None;

@@ -6,7 +6,7 @@ use crate::math::dual::Real;
 ///
 /// `cos_i` >= 0 is the cosine on the side of incidence, `eta` the refractive index of the far side
 /// over that of the near side. One beyond the critical angle.
-#[inline]
+#[inline(always)]
 pub fn fresnel<T: Real>(cos_i: T, eta: T) -> T {
     let sin2_t = (T::from(1.0) - cos_i * cos_i) / (eta * eta);
     if sin2_t.re() >= 1.0 {

@@ -20,7 +20,7 @@ pub struct Ggx<T = f64> {
 
 impl<T: Real> Ggx<T> {
     /// D(h): microfacet area per macroscopic area and solid angle of normals around `h` (unit).
-    #[inline]
+    #[inline(always)]
     pub fn density(&self, h: &Vector<T>) -> T {
         let (x, y) = (h[0] / self.along, h[1] / self.across);
         let stretched = x * x + y * y + h[2] * h[2];
@@ -28,7 +28,7 @@ impl<T: Real> Ggx<T> {
     }
 
     /// G1(w): the part of the microfacets facing `w` (unit, either side) that `w` sees.
-    #[inline]
+    #[inline(always)]
     pub fn masking(&self, w: &Vector<T>) -> T {
         let (x, y) = (self.along * w[0], self.across * w[1]);
         let slope2 = (x * x + y * y) / (w[2] * w[2]);
@@ -36,7 +36,7 @@ impl<T: Real> Ggx<T> {
     }
 
     /// The density of visible normals, by solid angle of `h`: G1(w) D(h) |w.h| / |w_z|.
-    #[inline]
+    #[inline(always)]
     pub fn visible_normal_pdf(&self, w: &Vector<T>, h: &Vector<T>) -> T {
         self.masking(w) * self.density(h) * dot(w, h).abs() / w[2].abs()
     }
@@ -44,7 +44,7 @@ impl<T: Real> Ggx<T> {
 
 impl Ggx {
     /// A normal visible from `w` (z > 0), with density [`Ggx::visible_normal_pdf`] (Heitz 2018).
-    #[inline]
+    #[inline(always)]
     pub fn sample_visible_normal(&self, w: DVec3, [u, v]: [f64; 2]) -> DVec3 {
         let stretched = DVec3::new(self.along * w.x, self.across * w.y, w.z).normalize();
         let length2 = stretched.x * stretched.x + stretched.y * stretched.y;
