@@ -88,9 +88,10 @@ pub struct Block {
     widening: [DVec3; 2],
     /// Whether any yarns are.
     pressed: bool,
-    /// By set and cut, whether other plies may reach into the piece: known of those alone that lie
-    /// wholly in the block.
-    crowded: [Vec<bool>; 2],
+    /// By set and cut, where in `near` the pieces of other plies stand that may reach into the piece.
+    /// Known (`Some`) of those alone that lie wholly in the block.
+    near_of: [Vec<Option<[u32; 2]>>; 2],
+    near: Vec<u32>,
     /// Over the pieces that reach into the block.
     bvh: Bvh,
 }
@@ -127,12 +128,23 @@ impl Piece {
 pub struct Stretch {
     /// The last piece that it passes.
     pub piece: Piece,
-    /// Where it leaves that.
+    /// Where it leaves that, or enters another ply.
     pub t: f64,
-    /// Whether that is through the ply's wall, rather than where the stored stretch ends.
-    pub out: bool,
-    /// Whether other plies may reach into it on the way.
-    pub crowded: bool,
+    /// How it ends.
+    pub end: End,
+    /// Whether all other plies are known that reach into the way.
+    pub surveyed: bool,
+}
+
+/// How a stretch inside a ply ends.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum End {
+    /// Through the ply's wall.
+    Wall,
+    /// At the surface of another ply.
+    Other(Piece),
+    /// Where the stored stretch does.
+    Open,
 }
 
 /// A point of a yarn's surface.
@@ -174,7 +186,8 @@ impl Block {
             }
         });
         let mut block = Self {
-            crowded: [&warp.0, &weft.0].map(|cuts| vec![true; cuts.len()]),
+            near_of: [&warp.0, &weft.0].map(|cuts| vec![None; cuts.len()]),
+            near: Vec::new(),
             cuts: [warp.0, weft.0],
             strands: [warp.1, weft.1],
             narrowing: widening.map(DVec3::recip),
@@ -182,10 +195,13 @@ impl Block {
             widening,
             bvh: Bvh::new(&boxes),
         };
-        for &(number, bounds) in boxes.iter().filter(|(_, bounds)| within(bounds, plan.size)) {
-            let piece = Piece(number);
-            let near = |other: &(u32, Bounds)| block.may_overlap((number, bounds), *other);
-            block.crowded[piece.set()][piece.cut()] = boxes.iter().any(near);
+        for boxed in boxes.iter().filter(|(_, bounds)| within(bounds, plan.size)) {
+            let first = block.near.len() as u32;
+            let near = boxes.iter().filter(|other| block.may_overlap(*boxed, **other));
+            let near: Vec<_> = near.map(|(number, _)| *number).collect();
+            block.near.extend(near);
+            let (set, cut) = (Piece(boxed.0).set(), Piece(boxed.0).cut());
+            block.near_of[set][cut] = Some([first, block.near.len() as u32]);
         }
         block
     }
@@ -244,7 +260,8 @@ impl Block {
     }
 
     /// Which of two pieces the ray enters first, and where; `rays` is it in each set's own space.
-    #[inline]
+    // Inlined into each loop over boxes: calls would cost a tenth of all.
+    #[inline(always)]
     fn enter(&self, pieces: [u32; 2], rays: &Rays, t_min: f64, t_max: f64) -> Option<(u32, f64)> {
         let [a, b] = pieces.map(Piece);
         match [a, b].map(|piece| &self.cuts[piece.set()]) {
@@ -328,33 +345,74 @@ impl Block {
         }
     }
 
-    /// How far a ray stays inside the ply of `piece`, in which it is at distance `t`. Pieces are walked
-    /// from joint to joint.
+    /// How far a ray stays inside the ply of `piece`, in which it is at distance `t`.
     #[inline]
     pub fn leave(&self, piece: Piece, ray: &Ray, t: f64) -> Stretch {
+        self.walk_inside(piece, ray, t, |_, _| None)
+    }
+
+    /// The same, but no further than to the surface of another ply that it enters after `t_min`.
+    #[inline]
+    pub fn pass(&self, piece: Piece, ray: &Ray, t: f64, t_min: f64) -> Stretch {
+        let mut rays = None;
+        self.walk_inside(piece, ray, t, |near, t_out| {
+            let rays = rays.get_or_insert_with(|| self.narrowed(ray));
+            let mut nearest = None;
+            for pair in near.chunks(2) {
+                let t_max = nearest.map_or(t_out, |(_, t)| t);
+                let pieces = [pair[0], pair[pair.len() - 1]];
+                nearest = self.enter(pieces, rays, t_min, t_max).or(nearest);
+            }
+            nearest
+        })
+    }
+
+    /// Walks inside the ply of `piece` from joint to joint. `meet(near, t)` looks at those pieces of
+    /// other plies that may reach into one that is left at `t`.
+    #[inline(always)]
+    fn walk_inside(
+        &self,
+        piece: Piece,
+        ray: &Ray,
+        mut t: f64,
+        mut meet: impl FnMut(&[u32], f64) -> Option<(u32, f64)>,
+    ) -> Stretch {
         let set = piece.set();
         let Cuts::Joints(joints, radius) = &self.cuts[set] else {
-            return Stretch { piece, t, out: true, crowded: true };
+            return Stretch { piece, t, end: End::Wall, surveyed: true };
         };
-        let ray = &ray.scaled(self.narrowing[set]);
+        let own = if self.pressed { ray.scaled(self.narrowing[set]) } else { *ray };
         let strand = self.strand(piece);
-        let (mut cut, mut t) = (located(joints, strand, piece.cut(), ray.at(t)), t);
-        let mut crowded = false;
+        let mut cut = located(joints, strand, piece.cut(), own.at(t));
+        let mut surveyed = true;
         loop {
-            crowded |= self.crowded[set][cut];
-            let (end, out) = match cylinder(joints, *radius, cut).leave(ray, t) {
-                Leave::Forward(through) if cut + 1 < strand.last => {
-                    (cut, t) = (cut + 1, through);
+            let left = cylinder(joints, *radius, cut).leave(&own, t);
+            let (Leave::Wall(t_out) | Leave::Forward(t_out) | Leave::Backward(t_out)) = left;
+            let piece = Piece::new(strand.set, cut);
+            match self.near_of[set][cut] {
+                None => surveyed = false,
+                Some([first, last]) if first < last => {
+                    if let Some((other, t)) = meet(&self.near[first as usize..last as usize], t_out)
+                    {
+                        return Stretch { piece, t, end: End::Other(Piece(other)), surveyed };
+                    }
+                }
+                Some(_) => {}
+            }
+            t = t_out;
+            let end = match left {
+                Leave::Forward(_) if cut + 1 < strand.last => {
+                    cut += 1;
                     continue;
                 }
-                Leave::Backward(through) if cut > strand.first => {
-                    (cut, t) = (cut - 1, through);
+                Leave::Backward(_) if cut > strand.first => {
+                    cut -= 1;
                     continue;
                 }
-                Leave::Wall(t) => (t, true),
-                Leave::Forward(t) | Leave::Backward(t) => (t, false),
+                Leave::Wall(_) => End::Wall,
+                Leave::Forward(_) | Leave::Backward(_) => End::Open,
             };
-            return Stretch { piece: Piece::new(strand.set, cut), t: end, out, crowded };
+            return Stretch { piece, t, end, surveyed };
         }
     }
 

@@ -8,7 +8,7 @@
 use glam::DVec3;
 use smallvec::SmallVec;
 
-use super::block::{Stretch, SurfacePoint};
+use super::block::{Block, End, Piece, Stretch, SurfacePoint};
 use super::grid::{Located, walk};
 use super::swatch::{Hit, Place, Swatch};
 use crate::accel::ray::Ray;
@@ -31,6 +31,16 @@ impl Sides {
     pub fn reversed(&self) -> Self {
         Self { behind: self.ahead.clone(), ahead: self.behind.clone() }
     }
+}
+
+/// Where a ray inside a ply leaves it.
+struct Leaving {
+    /// The last piece that it passes.
+    place: Place,
+    /// The distance.
+    t: f64,
+    /// The surface of another ply that it enters there, if that ends the way.
+    entered: Option<Hit>,
 }
 
 /// The end of a ray's way inside a ply.
@@ -59,72 +69,108 @@ impl Swatch {
     /// The way of a ray that starts inside the ply of `place`, and inside `others`.
     ///
     /// It ends at that ply's own surface or cut end, or at the surface of another ply, whichever comes
-    /// first. The cost grows with the number of blocks that it crosses.
+    /// first. The cost grows with the number of pieces that it passes.
     #[inline]
     pub fn way(&self, place: &Place, others: &[Place], ray: &Ray) -> Way {
         let ray = self.to_grid(ray);
-        let (place, length, crowded) = self.leave(place, &ray);
-        let edge = if self.holds(ray.at(length)) { f64::INFINITY } else { self.edge(&ray) };
-        if (crowded || !others.is_empty())
-            && let Some(way) = self.way_into(&place, others, &ray, [length, edge])
-        {
-            return way;
+        let Leaving { place, t, entered } = self.pass(place, &ray);
+        if !self.holds(ray.at(t)) {
+            let edge = self.edge(&ray);
+            return Way { length: edge, surface: self.cap(&place, &ray, edge), sides: None };
         }
-        let end = lesser(length, edge);
         let local = ray.shifted(place.corner);
-        let mut surface = self.block(place.plan).surface(place.piece, &local, end);
-        surface.normal =
-            if length < edge { -surface.normal } else { -self.edge_normal(&ray, edge) };
-        Way { length: end, surface, sides: None }
+        let sides = self.sides(&place, others, &ray, t, entered.as_ref());
+        let surface = if let Some(hit) = entered {
+            hit.surface
+        } else {
+            let surface = self.block(place.plan).surface(place.piece, &local, t);
+            SurfacePoint { normal: -surface.normal, ..surface }
+        };
+        Way { length: t, surface, sides }
     }
 
-    /// The same, if it ends inside other plies; `place` is where the ray leaves its own.
-    #[inline(never)]
-    fn way_into(
+    /// The plies around the end of a way at distance `t`, if it is not in the open beyond.
+    #[inline]
+    fn sides(
         &self,
         place: &Place,
         others: &[Place],
         ray: &Ray,
-        [length, edge]: [f64; 2],
-    ) -> Option<Way> {
-        let entered = self.other(place, ray, lesser(length, edge));
-        let end = entered.map_or(length, |hit| hit.t);
-        if end > edge {
+        t: f64,
+        entered: Option<&Hit>,
+    ) -> Option<Box<Sides>> {
+        if others.is_empty() && entered.is_none() {
             return None;
         }
-        let reach = others.iter().map(|other| self.leave(other, ray));
-        let mut behind: Nest = reach.filter(|way| way.1 > end).map(|way| way.0).collect();
+        let still = |other: &Place| {
+            let left = self.leave(other, ray);
+            (left.t > t).then_some(left.place)
+        };
+        let mut behind: Nest = others.iter().filter_map(still).collect();
         let mut ahead = behind.clone();
         behind.push(*place);
-        let surface = if let Some(hit) = entered {
+        if let Some(hit) = entered {
             ahead.push(*place);
             ahead.push(hit.place);
-            hit.surface
-        } else {
-            let local = ray.shifted(place.corner);
-            let surface = self.block(place.plan).surface(place.piece, &local, end);
-            SurfacePoint { normal: -surface.normal, ..surface }
-        };
-        let inside = !ahead.is_empty();
-        inside.then(|| Way { length: end, surface, sides: Some(Box::new(Sides { behind, ahead })) })
+        }
+        (!ahead.is_empty()).then(|| Box::new(Sides { behind, ahead }))
     }
 
-    /// Where the ray leaves the ply of `place`, in which it starts, the distance, and whether other
-    /// plies may reach into the way.
+    /// Where the ray leaves the ply of `place`, in which it starts.
+    fn leave(&self, place: &Place, ray: &Ray) -> Leaving {
+        let leave = |block: &Block, piece, local: &Ray, t| block.leave(piece, local, t);
+        self.follow(place, ray, leave).0
+    }
+
+    /// Where the ray leaves the ply of `place`, in which it starts, or enters another.
     #[inline]
-    fn leave(&self, place: &Place, ray: &Ray) -> (Place, f64, bool) {
-        let (mut place, mut t, mut crowded) = (*place, 0.0, false);
-        loop {
-            let stretch = self.block(place.plan).leave(place.piece, &ray.shifted(place.corner), t);
-            let ended = Place { piece: stretch.piece, ..place };
-            crowded |= stretch.crowded;
-            let Stretch { t: end, out, .. } = stretch;
-            // A ply goes on in the block there.
-            match if out { None } else { self.continued(&ended, ray.at(end)) } {
-                Some(next) => (place, t) = (next, end),
-                None => return (ended, end, crowded),
-            }
+    fn pass(&self, place: &Place, ray: &Ray) -> Leaving {
+        let pass = |block: &Block, piece, local: &Ray, t| block.pass(piece, local, t, self.t_min);
+        let (left, surveyed) = self.follow(place, ray, pass);
+        if surveyed {
+            return left;
         }
+        match self.other(&left.place, ray, left.t) {
+            Some(hit) => Leaving { t: hit.t, entered: Some(hit), ..left },
+            None => left,
+        }
+    }
+
+    /// Follows a ply from block to block by `stretch`; answers the end, and whether all other plies
+    /// are known that reach into the way.
+    #[inline(always)]
+    fn follow(
+        &self,
+        place: &Place,
+        ray: &Ray,
+        stretch: impl Fn(&Block, Piece, &Ray, f64) -> Stretch,
+    ) -> (Leaving, bool) {
+        let (mut place, mut start, mut all_surveyed) = (*place, 0.0, true);
+        loop {
+            let local = ray.shifted(place.corner);
+            let Stretch { piece, t, end, surveyed } =
+                stretch(self.block(place.plan), place.piece, &local, start);
+            all_surveyed &= surveyed;
+            place.piece = piece;
+            let entered = match end {
+                End::Wall => None,
+                End::Other(other) => Some(self.contact(&place, other, ray, t)),
+                End::Open => match self.continued(&place, ray.at(t)) {
+                    Some(next) => {
+                        (place, start) = (next, t);
+                        continue;
+                    }
+                    None => None,
+                },
+            };
+            return (Leaving { place, t, entered }, all_surveyed);
+        }
+    }
+
+    /// Where a ray inside the ply of `place` meets a piece of another in the same block.
+    fn contact(&self, place: &Place, other: Piece, ray: &Ray, t: f64) -> Hit {
+        let at = [0, 1].map(|axis| self.axes[axis].at(place.corner[axis] + self.t_min));
+        self.hit(ray, &at, other, t)
     }
 
     /// The ply of `place` in the block at `point`, unless that is the one it is in.
@@ -163,7 +209,7 @@ impl Swatch {
             let hit = self.block(plan).nearest_other(same, &ray.shifted(corner), inverse, span);
             hit.map(|(piece, t)| (visit, piece, t))
         })?;
-        Some(self.hit(ray, &visit, piece, t))
+        Some(self.hit(ray, &visit.at, piece, t))
     }
 
     /// Whether a point lies over the swatch.
@@ -185,16 +231,18 @@ impl Swatch {
         [(0.0, width, 0), (-height, 0.0, 1)].map(far).into_iter().fold(f64::INFINITY, f64::min)
     }
 
-    /// The outward normal of the edge that a ray leaves by at distance `t`.
+    /// The cut end of the ply of `place` that a ray leaves by at distance `t`.
     #[cold]
-    fn edge_normal(&self, ray: &Ray, t: f64) -> DVec3 {
+    fn cap(&self, place: &Place, ray: &Ray, t: f64) -> SurfacePoint {
         let (point, [width, height]) = (ray.at(t), self.size);
         let beside = |axis: usize, low: f64, high: f64| {
             (point[axis] - low).abs().min((point[axis] - high).abs())
         };
         let axis =
             if beside(0, 0.0, width) < beside(1, -height, 0.0) { DVec3::X } else { DVec3::Y };
-        axis * axis.dot(ray.direction).signum()
+        let local = ray.shifted(place.corner);
+        let tangent = self.block(place.plan).surface(place.piece, &local, t).tangent;
+        SurfacePoint { normal: -axis * axis.dot(ray.direction).signum(), tangent }
     }
 
     /// The cut end that a ray meets which comes in by the swatch's edge across `axis`.

@@ -145,22 +145,22 @@ impl Swatch {
         {
             return Some(Hit { t: start, ..end });
         }
-        let (visit, piece, t) = walk(&self.axes, &ray, inverse, t_max, |visit| {
+        let (at, piece, t) = walk(&self.axes, &ray, inverse, t_max, |visit| {
             let (plan, corner) = self.visited(&visit);
             let (t_enter, t_leave) = (visit.t_enter - self.t_min, visit.t_leave + self.t_min);
             let local = ray.shifted(corner);
             let hit = self.block(plan).nearest(&local, inverse, greater(t_enter, t_min), t_leave);
-            hit.map(|(piece, t)| (visit, piece, t))
+            hit.map(|(piece, t)| (visit.at, piece, t))
         })?;
-        Some(Hit { t: start + t, ..self.hit(&ray, &visit, piece, t) })
+        Some(Hit { t: start + t, ..self.hit(&ray, &at, piece, t) })
     }
 
     /// What the ray (in the grid's coordinates) hits at distance `t`.
     #[inline(always)]
-    pub(super) fn hit(&self, ray: &Ray, visit: &Visit, piece: Piece, t: f64) -> Hit {
-        let (plan, corner) = self.visited(visit);
+    pub(super) fn hit(&self, ray: &Ray, at: &[Located; 2], piece: Piece, t: f64) -> Hit {
+        let (plan, corner) = self.plan_at(at);
         let block = self.block(plan);
-        let place = self.place(&visit.at, plan, corner, piece);
+        let place = self.place(at, plan, corner, piece);
         let mut surface = block.surface(piece, &ray.shifted(corner), t);
         if let (YarnShape::Flat { .. }, _) = self.forms.of(place.set) {
             surface.normal *= -surface.normal.dot(ray.direction).signum();

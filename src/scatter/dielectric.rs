@@ -88,7 +88,7 @@ struct Facet<T> {
 
 impl RoughDielectric {
     /// The direction that a visible microfacet mirrors `wo` into; `None` if it is below.
-    #[inline]
+    #[inline(always)]
     pub fn sample_reflection(&self, wo: DVec3, u: [f64; 2]) -> Option<DVec3> {
         let h = self.ggx.sample_visible_normal(wo, u);
         let wi = 2.0 * wo.dot(h) * h - wo;
@@ -97,7 +97,7 @@ impl RoughDielectric {
 
     /// The direction that a visible microfacet refracts `wo` into; `None` if all is reflected or
     /// the direction is not below.
-    #[inline]
+    #[inline(always)]
     pub fn sample_refraction(&self, wo: DVec3, u: [f64; 2]) -> Option<DVec3> {
         let h = self.ggx.sample_visible_normal(wo, u);
         let cos_o = wo.dot(h);

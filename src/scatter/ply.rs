@@ -121,7 +121,7 @@ pub struct PassageTerms<T> {
 
 impl<T: Real> PlyOptics<T> {
     /// What `passage` lets through of the light that is scattered into `wo`.
-    #[inline]
+    #[inline(always)]
     pub fn passage(&self, wo: DVec3, passage: &Passage) -> PassageTerms<T> {
         let [enters, leaves] = passage.interfaces;
         let refraction = || self.entry.refraction(&constant(wo), &constant(passage.refracted));
@@ -140,7 +140,7 @@ impl<T: Real> PlyOptics<T> {
 
     /// The two parts of scattering at x from `wo` into `wi` (with the cosine, without colours): the
     /// mirrored part, and the factor of the body's BRDF.
-    #[inline]
+    #[inline(always)]
     pub fn at_entry(
         &self,
         wo: DVec3,
@@ -154,7 +154,7 @@ impl<T: Real> PlyOptics<T> {
     }
 
     /// The two parts of scattering at y into `wi`: the refracted part, and the body's.
-    #[inline]
+    #[inline(always)]
     pub fn at_exit(&self, passage: &Passage, terms: &PassageTerms<T>, wi: DVec3) -> [T; 2] {
         let lambert = (-wi.z).max(0.0) * FRAC_1_PI;
         let body = terms.entered * terms.body * lambert;
@@ -240,7 +240,7 @@ impl PlyBsdf {
     }
 
     /// The density of [`PlyBsdf::sample_refracted`].
-    #[inline]
+    #[inline(always)]
     pub fn refracted_pdf(
         &self,
         wo: DVec3,
@@ -266,7 +266,7 @@ impl PlyBsdf {
     }
 
     /// Completes a passage that comes out along `-incident` (in the frame at y) after `length`.
-    #[inline]
+    #[inline(always)]
     pub fn sample_passage(
         &self,
         interfaces: [bool; 2],
