@@ -69,6 +69,32 @@ impl Cylinder {
         ellipse(&self.start).union(ellipse(&self.end))
     }
 
+    /// The distance at which the ray enters from outside, if in (`t_min`, `t_max`). Quickest if it
+    /// mostly does not; many segments are better asked by twos
+    /// ([`enter_either`](super::cylinder_pair::enter_either)).
+    #[inline]
+    pub fn enter(&self, ray: &Ray, t_min: f64, t_max: f64) -> Option<f64> {
+        let (axis, offset) = (self.axis(), ray.origin - self.start.point);
+        let (a, b, c) = quadratic(
+            [axis.length_squared(), ray.direction.length_squared()],
+            [ray.direction.dot(axis), offset.dot(axis)],
+            ray.direction.dot(offset),
+            offset.length_squared() - self.radius * self.radius,
+        );
+        let discriminant = b * b - a * c;
+        if b >= 0.0 || discriminant < 0.0 {
+            return None;
+        }
+        // c / (-b + sqrt(..)) rather than (-b - sqrt(..)) / a: no cancellation near the surface.
+        let t = c / (discriminant.sqrt() - b);
+        let (point, overstep) = (ray.at(t), OVERSTEP * self.radius);
+        let inside = t > t_min
+            && t < t_max
+            && self.start.beyond(point) >= -overstep
+            && self.end.beyond(point) <= overstep;
+        inside.then_some(t)
+    }
+
     /// Whether the segments perhaps overlap: capsules about their axes do that hold them.
     pub fn may_overlap(&self, other: &Self) -> bool {
         let reach = self.reach() + other.reach();
@@ -92,7 +118,7 @@ impl Cylinder {
     }
 
     /// Where the ray, inside the ply, leaves this segment at or after `t`.
-    #[inline]
+    #[inline(always)]
     pub fn leave(&self, ray: &Ray, t: f64) -> Leave {
         let (axis, offset) = (self.axis(), ray.origin - self.start.point);
         let (a, b, c) = quadratic(
@@ -128,7 +154,7 @@ impl Cylinder {
     }
 
     /// Normal and tangent of [`Cylinder::shading`] before they are made unit vectors.
-    #[inline]
+    #[inline(always)]
     pub fn directions(&self, point: DVec3) -> (DVec3, DVec3) {
         let axis = self.axis();
         let behind = self.start.beyond(point) * axis.dot(self.end.tangent);

@@ -72,13 +72,6 @@ pub fn enter_either(
     Some((usize::from(second < first), lesser(first, second)))
 }
 
-impl Cylinder {
-    /// The distance at which the ray enters from outside, if in (`t_min`, `t_max`).
-    pub fn enter(&self, ray: &Ray, t_min: f64, t_max: f64) -> Option<f64> {
-        enter_either(self, self, &RayPair::new(ray, ray), t_min, t_max).map(|(_, t)| t)
-    }
-}
-
 /// Two vectors, component by component.
 #[inline]
 fn both(a: DVec3, b: DVec3) -> Both {

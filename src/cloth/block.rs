@@ -1,6 +1,8 @@
 //! A block: the few crossings that rays are traced against at a time. Blocks that look the same are
 //! stored once.
 
+use std::ops::Range;
+
 use glam::DVec3;
 
 use super::spec::YarnShape;
@@ -89,7 +91,7 @@ pub struct Block {
     /// Whether any yarns are.
     pressed: bool,
     /// By set and cut, where in `near` the pieces of other plies stand that may reach into the piece.
-    /// Known (`Some`) of those alone that lie wholly in the block.
+    /// Known (`Some`) of those alone that lie wholly in the block or just beside it.
     near_of: [Vec<Option<[u32; 2]>>; 2],
     near: Vec<u32>,
     /// Over the pieces that reach into the block.
@@ -122,6 +124,10 @@ impl Piece {
         (self.0 / 2) as usize
     }
 }
+
+/// How much room around a block's footprint, as a part of its size, other plies are looked for in
+/// that reach into a piece.
+const AROUND: f64 = 0.15;
 
 /// How far a ray inside a ply goes, as far as the block knows.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -157,8 +163,8 @@ pub struct SurfacePoint {
 }
 
 impl Block {
-    /// Builds the strands of `plan` that reach into the block, and the hierarchy over their pieces
-    /// that do.
+    /// Builds the strands of `plan` that reach into the block or just beside it, and the hierarchy over
+    /// their pieces that reach in.
     pub fn new(plan: &BlockPlan, forms: &YarnForms) -> Self {
         let mut boxes = Vec::new();
         let sets = [YarnSet::Warp, YarnSet::Weft];
@@ -185,6 +191,9 @@ impl Block {
                 (Cuts::Edges(edges), strands)
             }
         });
+        let footprint = footprint(plan.size);
+        let mut traced = boxes.clone();
+        traced.retain(|(_, bounds)| overlaps(bounds, &footprint));
         let mut block = Self {
             near_of: [&warp.0, &weft.0].map(|cuts| vec![None; cuts.len()]),
             near: Vec::new(),
@@ -193,9 +202,10 @@ impl Block {
             narrowing: widening.map(DVec3::recip),
             pressed: widening != [DVec3::ONE; 2],
             widening,
-            bvh: Bvh::new(&boxes),
+            bvh: Bvh::new(&traced),
         };
-        for boxed in boxes.iter().filter(|(_, bounds)| within(bounds, plan.size)) {
+        let room = around(plan.size);
+        for boxed in boxes.iter().filter(|(_, bounds)| within(bounds, &room)) {
             let first = block.near.len() as u32;
             let near = boxes.iter().filter(|other| block.may_overlap(*boxed, **other));
             let near: Vec<_> = near.map(|(number, _)| *number).collect();
@@ -320,7 +330,7 @@ impl Block {
     }
 
     /// Normal and tangent where the ray meets `piece` at distance `t`.
-    #[inline]
+    #[inline(always)]
     pub fn surface(&self, piece: Piece, ray: &Ray, t: f64) -> SurfacePoint {
         let set = piece.set();
         match &self.cuts[set] {
@@ -354,17 +364,27 @@ impl Block {
     /// The same, but no further than to the surface of another ply that it enters after `t_min`.
     #[inline]
     pub fn pass(&self, piece: Piece, ray: &Ray, t: f64, t_min: f64) -> Stretch {
-        let mut rays = None;
         self.walk_inside(piece, ray, t, |near, t_out| {
-            let rays = rays.get_or_insert_with(|| self.narrowed(ray));
             let mut nearest = None;
-            for pair in near.chunks(2) {
+            for &piece in near {
                 let t_max = nearest.map_or(t_out, |(_, t)| t);
-                let pieces = [pair[0], pair[pair.len() - 1]];
-                nearest = self.enter(pieces, rays, t_min, t_max).or(nearest);
+                let met = self.enter_alone(Piece(piece), ray, t_min, t_max);
+                nearest = met.map(|t| (piece, t)).or(nearest);
             }
             nearest
         })
+    }
+
+    /// Where the ray enters a piece.
+    #[inline]
+    fn enter_alone(&self, piece: Piece, ray: &Ray, t_min: f64, t_max: f64) -> Option<f64> {
+        match &self.cuts[piece.set()] {
+            Cuts::Joints(joints, radius) => {
+                let own = if self.pressed { ray.scaled(self.narrowing[piece.set()]) } else { *ray };
+                cylinder(joints, *radius, piece.cut()).enter(&own, t_min, t_max)
+            }
+            Cuts::Edges(edges) => patch(edges, piece.cut()).intersect(ray, t_min, t_max),
+        }
     }
 
     /// Walks inside the ply of `piece` from joint to joint. `meet(near, t)` looks at those pieces of
@@ -521,8 +541,8 @@ fn patch(edges: &[Edge], cut: usize) -> Bilinear {
     Bilinear::new(edges[cut], edges[cut + 1])
 }
 
-/// The cuts of those strands of a set that reach into the block; their pieces that do are added to
-/// `boxes`. `cuts_of` answers the cuts of a yarn, strand by strand.
+/// The cuts of those strands of a set that reach into the block or just beside it; their pieces that
+/// do are added to `boxes`. `cuts_of` answers the cuts of a yarn, strand by strand.
 fn inside<C: Copy>(
     plan: &BlockPlan,
     set: YarnSet,
@@ -531,6 +551,7 @@ fn inside<C: Copy>(
     boxes: &mut Vec<(u32, Bounds)>,
 ) -> (Vec<C>, Vec<Strand>) {
     let (mut cuts, mut strands) = (Vec::new(), Vec::new());
+    let room = around(plan.size);
     for (yarn, path) in plan.yarns.iter().filter(|(_, path)| path.set == set) {
         for strand in cuts_of(path) {
             let first = cuts.len();
@@ -538,7 +559,7 @@ fn inside<C: Copy>(
             let before = boxes.len();
             boxes.extend(
                 pieces
-                    .filter(|(_, bounds)| overlaps(bounds, plan.size))
+                    .filter(|(_, bounds)| overlaps(bounds, &room))
                     .map(|(cut, bounds)| (Piece::new(set, first + cut).0, bounds)),
             );
             if boxes.len() > before {
@@ -551,13 +572,27 @@ fn inside<C: Copy>(
     (cuts, strands)
 }
 
-/// Whether a box lies over the block's footprint with all of it.
-fn within(bounds: &Bounds, size: [f64; 2]) -> bool {
-    (0..2).all(|axis| bounds.min[axis] >= 0.0 && bounds.max[axis] <= size[axis])
+/// A block's footprint, along x and y.
+fn footprint(size: [f64; 2]) -> [Range<f64>; 2] {
+    let slack = 1e-6 * (size[0] + size[1]);
+    size.map(|size| -slack..size + slack)
 }
 
-/// Whether a box reaches over the block's footprint, with room for rounding.
-fn overlaps(bounds: &Bounds, size: [f64; 2]) -> bool {
-    let slack = 1e-6 * (size[0] + size[1]);
-    (0..2).all(|axis| bounds.max[axis] >= -slack && bounds.min[axis] <= size[axis] + slack)
+/// The footprint with some room around it, in which all pieces are known.
+fn around(size: [f64; 2]) -> [Range<f64>; 2] {
+    size.map(|size| -AROUND * size..(1.0 + AROUND) * size)
+}
+
+/// Whether a box lies over a footprint with all of it.
+fn within(bounds: &Bounds, footprint: &[Range<f64>; 2]) -> bool {
+    (0..2).all(|axis| {
+        bounds.min[axis] >= footprint[axis].start && bounds.max[axis] <= footprint[axis].end
+    })
+}
+
+/// Whether a box reaches over a footprint.
+fn overlaps(bounds: &Bounds, footprint: &[Range<f64>; 2]) -> bool {
+    (0..2).all(|axis| {
+        bounds.max[axis] >= footprint[axis].start && bounds.min[axis] <= footprint[axis].end
+    })
 }

@@ -39,8 +39,10 @@ struct Leaving {
     place: Place,
     /// The distance.
     t: f64,
-    /// The surface of another ply that it enters there, if that ends the way.
-    entered: Option<Hit>,
+    /// The piece of another ply in the same block that it enters there, if that ends the way.
+    met: Option<Piece>,
+    /// Whether all other plies are known that reach into the way.
+    surveyed: bool,
 }
 
 /// The end of a ray's way inside a ply.
@@ -73,78 +75,62 @@ impl Swatch {
     #[inline]
     pub fn way(&self, place: &Place, others: &[Place], ray: &Ray) -> Way {
         let ray = self.to_grid(ray);
-        let Leaving { place, t, entered } = self.pass(place, &ray);
-        if !self.holds(ray.at(t)) {
-            let edge = self.edge(&ray);
-            return Way { length: edge, surface: self.cap(&place, &ray, edge), sides: None };
+        let pass = |block: &Block, piece, local: &Ray, t| block.pass(piece, local, t, self.t_min);
+        let left = self.follow(place, &ray, pass);
+        let alone = left.surveyed && left.met.is_none() && others.is_empty();
+        if !alone || !self.holds(ray.at(left.t)) {
+            return self.way_into(&left, others, &ray);
         }
-        let local = ray.shifted(place.corner);
-        let sides = self.sides(&place, others, &ray, t, entered.as_ref());
-        let surface = if let Some(hit) = entered {
-            hit.surface
-        } else {
-            let surface = self.block(place.plan).surface(place.piece, &local, t);
-            SurfacePoint { normal: -surface.normal, ..surface }
-        };
-        Way { length: t, surface, sides }
+        Way { length: left.t, surface: self.wall(&left.place, &ray, left.t), sides: None }
     }
 
-    /// The plies around the end of a way at distance `t`, if it is not in the open beyond.
-    #[inline]
-    fn sides(
-        &self,
-        place: &Place,
-        others: &[Place],
-        ray: &Ray,
-        t: f64,
-        entered: Option<&Hit>,
-    ) -> Option<Box<Sides>> {
-        if others.is_empty() && entered.is_none() {
-            return None;
+    /// The same, if other plies are around, or the swatch ends.
+    #[inline(never)]
+    fn way_into(&self, left: &Leaving, others: &[Place], ray: &Ray) -> Way {
+        let Leaving { place, t, met, surveyed } = *left;
+        let known = met.map(|piece| self.contact(&place, piece, ray, t));
+        let entered = if surveyed { known } else { self.other(&place, ray, t).or(known) };
+        let end = entered.map_or(t, |hit| hit.t);
+        if !self.holds(ray.at(end)) {
+            let edge = self.edge(ray);
+            return Way { length: edge, surface: self.cap(&place, ray, edge), sides: None };
         }
         let still = |other: &Place| {
             let left = self.leave(other, ray);
-            (left.t > t).then_some(left.place)
+            (left.t > end).then_some(left.place)
         };
         let mut behind: Nest = others.iter().filter_map(still).collect();
         let mut ahead = behind.clone();
-        behind.push(*place);
+        behind.push(place);
         if let Some(hit) = entered {
-            ahead.push(*place);
-            ahead.push(hit.place);
+            ahead.extend([place, hit.place]);
         }
-        (!ahead.is_empty()).then(|| Box::new(Sides { behind, ahead }))
+        let surface = entered.map_or_else(|| self.wall(&place, ray, end), |hit| hit.surface);
+        let sides = (!ahead.is_empty()).then(|| Box::new(Sides { behind, ahead }));
+        Way { length: end, surface, sides }
+    }
+
+    /// The wall of the ply of `place` that the ray leaves by at distance `t`, seen from inside.
+    #[inline]
+    fn wall(&self, place: &Place, ray: &Ray, t: f64) -> SurfacePoint {
+        let local = ray.shifted(place.corner);
+        let surface = self.block(place.plan).surface(place.piece, &local, t);
+        SurfacePoint { normal: -surface.normal, ..surface }
     }
 
     /// Where the ray leaves the ply of `place`, in which it starts.
     fn leave(&self, place: &Place, ray: &Ray) -> Leaving {
-        let leave = |block: &Block, piece, local: &Ray, t| block.leave(piece, local, t);
-        self.follow(place, ray, leave).0
+        self.follow(place, ray, |block, piece, local, t| block.leave(piece, local, t))
     }
 
-    /// Where the ray leaves the ply of `place`, in which it starts, or enters another.
-    #[inline]
-    fn pass(&self, place: &Place, ray: &Ray) -> Leaving {
-        let pass = |block: &Block, piece, local: &Ray, t| block.pass(piece, local, t, self.t_min);
-        let (left, surveyed) = self.follow(place, ray, pass);
-        if surveyed {
-            return left;
-        }
-        match self.other(&left.place, ray, left.t) {
-            Some(hit) => Leaving { t: hit.t, entered: Some(hit), ..left },
-            None => left,
-        }
-    }
-
-    /// Follows a ply from block to block by `stretch`; answers the end, and whether all other plies
-    /// are known that reach into the way.
+    /// Follows a ply from block to block by `stretch`.
     #[inline(always)]
     fn follow(
         &self,
         place: &Place,
         ray: &Ray,
         stretch: impl Fn(&Block, Piece, &Ray, f64) -> Stretch,
-    ) -> (Leaving, bool) {
+    ) -> Leaving {
         let (mut place, mut start, mut all_surveyed) = (*place, 0.0, true);
         loop {
             let local = ray.shifted(place.corner);
@@ -152,9 +138,9 @@ impl Swatch {
                 stretch(self.block(place.plan), place.piece, &local, start);
             all_surveyed &= surveyed;
             place.piece = piece;
-            let entered = match end {
+            let met = match end {
                 End::Wall => None,
-                End::Other(other) => Some(self.contact(&place, other, ray, t)),
+                End::Other(other) => Some(other),
                 End::Open => match self.continued(&place, ray.at(t)) {
                     Some(next) => {
                         (place, start) = (next, t);
@@ -163,7 +149,7 @@ impl Swatch {
                     None => None,
                 },
             };
-            return (Leaving { place, t, entered }, all_surveyed);
+            return Leaving { place, t, met, surveyed: all_surveyed };
         }
     }
 

@@ -47,7 +47,7 @@ impl Sampler {
     }
 
     /// The next dimension: uniform in [0, 1).
-    #[inline]
+    #[inline(always)]
     pub fn next_1d(&mut self) -> f64 {
         match &mut self.0 {
             Stream::Independent { state } => {
@@ -68,7 +68,7 @@ impl Sampler {
     }
 
     /// The next two dimensions.
-    #[inline]
+    #[inline(always)]
     pub fn next_2d(&mut self) -> [f64; 2] {
         [self.next_1d(), self.next_1d()]
     }

@@ -137,7 +137,7 @@ impl<R: Recorder> Path<'_, R> {
     }
 
     /// The yarn that the ray meets; if it meets a light or nothing, that light is added.
-    #[inline]
+    #[inline(always)]
     fn meet(&mut self, ray: &Ray, scattered_pdf: Option<f64>) -> Option<Interaction> {
         let hit = self.scene.swatch.nearest(ray);
         let lights = &self.scene.lights;
@@ -180,7 +180,7 @@ impl<R: Recorder> Path<'_, R> {
         (chance < survival).then_some(survival)
     }
 
-    #[inline]
+    #[inline(always)]
     fn at_diffuse(&mut self, interaction: &Interaction, reflectance: Rgb) -> Option<Next> {
         let Interaction { material, wo, .. } = *interaction;
         self.recorder.vertex(material, wo, None);
@@ -310,7 +310,7 @@ impl<R: Recorder> Path<'_, R> {
 
     /// Adds light from one light source, scattered by `eval` (value and density), at a side that
     /// was come to with probability `chance`.
-    #[inline]
+    #[inline(always)]
     fn add_light(
         &mut self,
         side: Side,
@@ -345,7 +345,7 @@ fn eval_exit(bsdf: &PlyBsdf, crossing: &Crossing, wi: DVec3, gone: f64) -> (Rgb,
 }
 
 /// The path that goes on from x into the local direction `wi`, if that has any density.
-#[inline]
+#[inline(always)]
 fn scattered_back(
     interaction: &Interaction,
     wi: DVec3,

@@ -124,7 +124,7 @@ impl Exit {
 
 impl Scene {
     /// What `hit` by `ray`, which came through the air, means for shading.
-    #[inline]
+    #[inline(always)]
     pub fn interaction(&self, ray: &Ray, hit: &Hit) -> Interaction {
         let back = -ray.direction;
         let frame = frame_facing(back, hit.surface.normal, hit.surface.tangent);
@@ -199,7 +199,7 @@ impl Scene {
 }
 
 /// The frame with the given normal, turned just enough to face `direction`.
-#[inline]
+#[inline(always)]
 fn frame_facing(direction: DVec3, normal: DVec3, tangent: DVec3) -> Frame {
     let cosine = direction.dot(normal);
     if cosine >= LEAST_COSINE {

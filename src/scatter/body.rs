@@ -56,6 +56,7 @@ impl Body {
 
     /// The BRDF, per steradian and without a cosine, between two directions given by their cosines
     /// with the normal, both within (0, 1].
+    #[inline]
     pub fn eval(&self, mu_i: f64, mu_o: f64) -> f64 {
         let single = lommel_seeliger(mu_i, mu_o);
         match &self.0 {

@@ -124,8 +124,12 @@ impl<T: Real> PlyOptics<T> {
     #[inline(always)]
     pub fn passage(&self, wo: DVec3, passage: &Passage) -> PassageTerms<T> {
         let [enters, leaves] = passage.interfaces;
-        let refraction = || self.entry.refraction(&constant(wo), &constant(passage.refracted));
-        let entered = if enters { refraction() / passage.refracted_pdf } else { T::from(1.0) };
+        let entered = if enters {
+            let refraction = self.entry.refraction(&constant(wo), &constant(passage.refracted));
+            refraction / passage.refracted_pdf
+        } else {
+            T::from(1.0)
+        };
         let transmittance = (-self.extinction * passage.length).exp();
         let body = if leaves {
             let (incident, facet) = (constant(passage.incident), constant(passage.facet));
@@ -147,10 +151,13 @@ impl<T: Real> PlyOptics<T> {
         wi: DVec3,
         passage: Option<&(Passage, PassageTerms<T>)>,
     ) -> [T; 2] {
-        let mirrored = || self.entry.reflection(&constant(wo), &constant(wi));
-        let Some((passage, terms)) = passage else { return [mirrored(), T::from(0.0)] };
-        let mirrored = if passage.interfaces[0] { mirrored() } else { T::from(0.0) };
-        [mirrored, terms.entered * terms.body * wi.z.max(0.0)]
+        let mirrored = if passage.is_none_or(|(passage, _)| passage.interfaces[0]) {
+            self.entry.reflection(&constant(wo), &constant(wi))
+        } else {
+            T::from(0.0)
+        };
+        let body = passage.map_or(T::from(0.0), |(_, terms)| terms.entered * terms.body);
+        [mirrored, body * wi.z.max(0.0)]
     }
 
     /// The two parts of scattering at y into `wi`: the refracted part, and the body's.
@@ -318,7 +325,7 @@ impl PlyBsdf {
     }
 
     /// The scattering at x from `wo` into `wi`, with the cosine: f_x of Eq. 6.
-    #[inline]
+    #[inline(always)]
     pub fn eval_entry(&self, wo: DVec3, crossing: &Crossing, wi: DVec3) -> Rgb {
         if wi.z <= 0.0 {
             return Rgb::ZERO;
@@ -333,7 +340,7 @@ impl PlyBsdf {
     }
 
     /// The density of [`PlyBsdf::sample_entry`], which misses the passage's share.
-    #[inline]
+    #[inline(always)]
     pub fn pdf_entry(&self, wo: DVec3, crossing: &Crossing, wi: DVec3) -> f64 {
         if wi.z <= 0.0 {
             return 0.0;
@@ -363,7 +370,7 @@ impl PlyBsdf {
 
     /// The scattering into `wi` (frame at y, z < 0) of light that took the passage, with everything
     /// that it met since x, over the density of the passage: f_x^S f_y of Eqs. 8 and 7.
-    #[inline]
+    #[inline(always)]
     pub fn eval_exit(&self, passage: &Passage, terms: &PassageTerms<f64>, wi: DVec3) -> Rgb {
         if wi.z >= 0.0 {
             return Rgb::ZERO;
@@ -382,7 +389,7 @@ impl PlyBsdf {
     }
 
     /// The density of [`PlyBsdf::sample_exit`], which misses the share that goes straight on.
-    #[inline]
+    #[inline(always)]
     pub fn pdf_exit(&self, passage: &Passage, crossing: &Crossing, wi: DVec3) -> f64 {
         let [refract, body] = crossing.exit_probabilities;
         let lambert = body * square_to_cosine_hemisphere_pdf(-wi);
