@@ -14,7 +14,8 @@ use plycloth::render::tape::Tape;
 use plycloth::scatter::ggx::Ggx;
 use plycloth::scatter::ply::PlyParameters;
 
-const LIMITS: PathLimits = PathLimits { max_depth: 6, roulette_depth: 5, both_sides: true };
+const LIMITS: PathLimits =
+    PathLimits { max_depth: 6, roulette_depth: 5, both_sides: true, lobe_floor: 0.05 };
 
 /// Clear plies that show nothing but the body's reflection: what is turned back inside at y.
 fn body_alone(exit: f64) -> PlyParameters {

@@ -395,20 +395,21 @@ fn the_body_gets_exactly_what_is_not_refracted_at_the_exit() {
             let body = mean((0..n).map(|i| {
                 let u = random(i).next_2d();
                 let refracted = (first.refracted, first.refracted_pdf);
-                let passage = bsdf.sample_passage([true; 2], refracted, first.incident, 0.4, u);
+                let passage =
+                    bsdf.sample_passage([true; 2], refracted, first.facet.incident, 0.4, u);
                 bsdf.crossing(wo, Some(passage), 0.0).passage.unwrap().1.body
             }));
             // By the visible normals at y: what refraction lets out before any is blocked.
             let passed = sphere_integral(|h| {
-                let refracted = 1.0 - fresnel(first.incident.dot(h).max(0.0), exit.eta);
-                visible(&exit.ggx, first.incident, h) * refracted
+                let refracted = 1.0 - fresnel(first.facet.incident.dot(h).max(0.0), exit.eta);
+                visible(&exit.ggx, first.facet.incident, h) * refracted
             });
             agree(body, 1.0 - tau * passed, "body");
             let interface = RoughDielectric { eta: p.eta, ggx: p.roughness };
             let value = interface.refraction(&constant(wo), &constant(first.refracted));
             assert!((entered * first.refracted_pdf - value).abs() < 1e-12 * value);
             // Without the colours, the refracted part at y is this much of what entered.
-            let [_, refraction] = albedos(&exit, first.incident);
+            let [_, refraction] = albedos(&exit, first.facet.incident);
             let terms = crossing.passage.unwrap().1;
             let all = sphere_integral(|wi| bsdf.eval_exit(&first, &terms, wi).y);
             let scattered = p.transmitted_color.y * (1.0 - p.body_reflection) * terms.body;

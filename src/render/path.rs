@@ -232,7 +232,7 @@ impl<R: Recorder> Path<'_, R> {
         let enters = interaction.is_in_air();
         let refracted = if enters {
             let lamp = self.lamp_beyond(interaction, beyond);
-            bsdf.sample_refracted(interaction.wo, lamp, self.limits.lobe_floor, entry)?
+            bsdf.sample_refracted(interaction.wo, lamp, 2.0 * self.limits.lobe_floor, entry)?
         } else {
             (-interaction.wo, 1.0)
         };
@@ -299,7 +299,7 @@ impl<R: Recorder> Path<'_, R> {
             Choice::Scatter(wi) => (Side::Exit, wi, eval_exit(bsdf, crossing, wi, gone)),
             Choice::Pass => {
                 let pdf = gone * crossing.exit_probabilities[0];
-                (Side::Straight, -passage.incident, (bsdf.eval_straight(terms), pdf))
+                (Side::Straight, -passage.facet.incident, (bsdf.eval_straight(terms), pdf))
             }
             Choice::Lost => return None,
         };

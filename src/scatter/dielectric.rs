@@ -50,7 +50,9 @@ impl<T: Real> RoughDielectric<T> {
         let Some(facet) = self.refracting_facet(wo, wi) else { return T::from(0.0) };
         let transmitted = T::from(1.0) - fresnel(facet.cos_o, self.eta);
         let masking = self.ggx.masking(wo) * self.ggx.masking(wi);
-        transmitted * masking * self.ggx.density(&facet.h) * facet.cos_o * facet.jacobian / wo[2]
+        let density = self.ggx.density(&facet.h) * facet.jacobian;
+        let value = transmitted * masking * density * facet.cos_o / wo[2];
+        if T::NDERIV == 0 { value } else { value * rising(facet.h[2]) }
     }
 
     /// The density of [`RoughDielectric::sample_refraction`].
@@ -78,6 +80,26 @@ impl<T: Real> RoughDielectric<T> {
         Some(Facet { h, cos_o, jacobian })
     }
 }
+
+/// One, with the derivatives of a step from 0 to 1 near the horizon.
+///
+/// The microfacets that refract between two given directions turn with eta, and where they pass the
+/// horizon the lobe ends with a jump: D is not zero there. The derivative of an integral over it
+/// includes what comes over the horizon, which no derivative of a value shows. So values near it carry
+/// it for the horizon, by a kernel of width [`HORIZON`] whose first moment vanishes, as is usual for
+/// densities near their ends (Gasser and Muller 1979): exact to second order in the width.
+#[inline]
+fn rising<T: Real>(height: T) -> T {
+    let x = height / HORIZON;
+    if x.re() >= 1.0 {
+        return T::from(1.0);
+    }
+    let step = x * (x * -3.0 + 4.0);
+    step + (1.0 - step.re())
+}
+
+/// The height, as a cosine, below which microfacets stand for those at the horizon in derivatives.
+const HORIZON: f64 = 0.3;
 
 /// A microfacet that refracts, with d(solid angle of h) / d(solid angle of wi).
 struct Facet<T> {

@@ -45,6 +45,12 @@ pub struct DrawnFacet {
 const WINDOW: f64 = 3.0;
 
 impl DrawnFacet {
+    /// How likely this one is to be seen, over how likely it was chosen.
+    #[inline]
+    pub fn visible<T: Real>(&self, exit: &RoughDielectric<T>) -> T {
+        exit.ggx.visible_normal_pdf(&constant(self.incident), &constant(self.normal)) / self.pdf
+    }
+
     /// The light that passes through the microfacets at y, as an expectation over the choice of this
     /// one: the visible part times 1 - F. `exit` is the interface seen from inside.
     #[inline]
@@ -55,7 +61,7 @@ impl DrawnFacet {
         let weight = |normal: &Vector<T>| {
             exit.ggx.visible_normal_pdf(&constant(self.incident), normal) / self.pdf
         };
-        let held = weight(&constant(self.normal)) * plain;
+        let held = self.visible(exit) * plain;
         if meridian.ends_before(self.eta) && meridian.ends_before(eta.re()) {
             return held;
         }

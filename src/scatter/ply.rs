@@ -20,11 +20,12 @@ use glam::DVec3;
 
 use super::body::{Body, BodyKind};
 use super::dielectric::RoughDielectric;
+use super::facet::DrawnFacet;
 use super::fresnel::fresnel;
 use super::ggx::Ggx;
 use crate::error::{Result, check_range};
 use crate::math::color::{Rgb, mean};
-use crate::math::dual::{Real, constant, dot};
+use crate::math::dual::{Real, constant};
 use crate::math::rng::Sampler;
 use crate::sampling::warp::{square_to_cosine_hemisphere, square_to_cosine_hemisphere_pdf};
 
@@ -98,12 +99,8 @@ pub struct Passage {
     pub refracted: DVec3,
     /// The density with which it was chosen.
     pub refracted_pdf: f64,
-    /// The direction back along the ray in the frame at y (z > 0).
-    pub incident: DVec3,
-    /// A microfacet normal at y.
-    pub facet: DVec3,
-    /// The density with which it was chosen.
-    pub facet_pdf: f64,
+    /// A microfacet at y, and the direction back along the ray there (frame at y, z > 0).
+    pub facet: DrawnFacet,
     /// The length of the way in millimetres.
     pub length: f64,
 }
@@ -120,26 +117,28 @@ pub struct PassageTerms<T> {
 }
 
 impl<T: Real> PlyOptics<T> {
-    /// What `passage` lets through of the light that is scattered into `wo`.
-    #[inline(always)]
+    /// What `passage` lets through of the light that is scattered into `wo`, whichever parameters it
+    /// was drawn by. The body's part alone may come out negative; its expectation does not.
+    #[inline]
     pub fn passage(&self, wo: DVec3, passage: &Passage) -> PassageTerms<T> {
-        let [enters, leaves] = passage.interfaces;
-        let entered = if enters {
+        let facet = &passage.facet;
+        let seen = || [facet.visible(&self.exit), facet.passed(&self.exit)];
+        self.terms(wo, passage, passage.interfaces[1].then(seen))
+    }
+
+    /// The terms of a passage; `facet`: how much of the microfacet at y is seen, and how much light
+    /// passes through it, if there is an interface.
+    #[inline(always)]
+    fn terms(&self, wo: DVec3, passage: &Passage, facet: Option<[T; 2]>) -> PassageTerms<T> {
+        let entered = if passage.interfaces[0] {
             let refraction = self.entry.refraction(&constant(wo), &constant(passage.refracted));
             refraction / passage.refracted_pdf
         } else {
             T::from(1.0)
         };
         let transmittance = (-self.extinction * passage.length).exp();
-        let body = if leaves {
-            let (incident, facet) = (constant(passage.incident), constant(passage.facet));
-            let visible = self.exit.ggx.visible_normal_pdf(&incident, &facet);
-            let passed = T::from(1.0) - fresnel(dot(&incident, &facet), self.exit.eta);
-            visible / passage.facet_pdf * (T::from(1.0) - transmittance * passed)
-        } else {
-            T::from(1.0) - transmittance
-        };
-        PassageTerms { entered, transmittance, body }
+        let [visible, passed] = facet.unwrap_or([T::from(1.0); 2]);
+        PassageTerms { entered, transmittance, body: visible - transmittance * passed }
     }
 
     /// The two parts of scattering at x from `wo` into `wi` (with the cosine, without colours): the
@@ -168,8 +167,18 @@ impl<T: Real> PlyOptics<T> {
         if !passage.interfaces[1] {
             return [T::from(0.0), body];
         }
-        let refraction = self.exit.refraction(&constant(passage.incident), &constant(wi));
+        let refraction = self.exit.refraction(&constant(passage.facet.incident), &constant(wi));
         [terms.entered * terms.transmittance * refraction, body]
+    }
+}
+
+impl PlyOptics<f64> {
+    /// [`PlyOptics::passage`] for the parameters that it was drawn by.
+    #[inline(always)]
+    fn drawn_passage(&self, wo: DVec3, passage: &Passage) -> PassageTerms<f64> {
+        let DrawnFacet { incident, normal, .. } = passage.facet;
+        let passed = || 1.0 - fresnel(incident.dot(normal), self.exit.eta);
+        self.terms(wo, passage, passage.interfaces[1].then(|| [1.0, passed()]))
     }
 }
 
@@ -282,10 +291,11 @@ impl PlyBsdf {
         length: f64,
         u: [f64; 2],
     ) -> Passage {
-        let facet = self.optics.exit.ggx.sample_visible_normal(incident, u);
-        let facet_pdf =
-            self.optics.exit.ggx.visible_normal_pdf(&constant(incident), &constant(facet));
-        Passage { interfaces, refracted, refracted_pdf, incident, facet, facet_pdf, length }
+        let exit = &self.optics.exit;
+        let normal = exit.ggx.sample_visible_normal(incident, u);
+        let pdf = exit.ggx.visible_normal_pdf(&constant(incident), &constant(normal));
+        let facet = DrawnFacet { incident, normal, pdf, eta: self.parameters.eta };
+        Passage { interfaces, refracted, refracted_pdf, facet, length }
     }
 
     /// What `passage` lets through, and how likely each lobe should be chosen: at least `floor` if
@@ -300,7 +310,7 @@ impl PlyBsdf {
         };
         let [mirrors, leaves] = passage.interfaces;
         let mirror = if mirrors { mirror } else { 0.0 };
-        let terms = self.optics.passage(wo, &passage);
+        let terms = self.optics.drawn_passage(wo, &passage);
         let body_albedo = Rgb::from_array([0, 1, 2].map(|c| self.body[c].albedo(wo.z)));
         let body = p.body_reflection * terms.entered * terms.body * mean(body_albedo);
         let passed = if leaves {
@@ -396,7 +406,8 @@ impl PlyBsdf {
         if !passage.interfaces[1] {
             return lambert;
         }
-        let refracted = self.optics.exit.refraction_pdf(&constant(passage.incident), &constant(wi));
+        let refracted =
+            self.optics.exit.refraction_pdf(&constant(passage.facet.incident), &constant(wi));
         refract * refracted + lambert
     }
 
@@ -413,7 +424,9 @@ impl PlyBsdf {
             if !passage.interfaces[1] {
                 return Choice::Pass;
             }
-            return Choice::from(self.optics.exit.sample_refraction(passage.incident, direction));
+            return Choice::from(
+                self.optics.exit.sample_refraction(passage.facet.incident, direction),
+            );
         }
         if crossing.exit_probabilities[1] > 0.0 {
             return Choice::Scatter(-square_to_cosine_hemisphere(direction));
