@@ -115,6 +115,7 @@ def test_depth_one_sees_lights_alone():
     assert pixels[4, 4].max() < 0.4
 
 
+@pytest.mark.filterwarnings("ignore::plycloth.OverlapWarning")
 def test_cloth_that_absorbs_nothing_loses_no_light():
     """However often it is scattered. Smooth plies, since rough ones mask some of their light."""
     white = pc.PlyBsdf(

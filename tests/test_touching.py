@@ -6,6 +6,8 @@ import numpy as np
 import plycloth as pc
 import pytest
 
+pytestmark = pytest.mark.filterwarnings("ignore::plycloth.OverlapWarning")
+
 BLACK = pc.PlyBsdf(specular_tint=0, transmission_tint=0, base_color=0, transmitted_color=0,
                    extinction=1e5)  # fmt: skip
 # Nothing but light that goes straight through: no lobe leads around what lies below.

@@ -67,9 +67,11 @@ class Overlaps(Description):
         return self.worst_mm / self.thickness_mm
 
     def __str__(self) -> str:
+        # A ribbon is thin, and may lie deep in a round yarn.
+        part = "more than" if self.worst > 1.0 else f"{self.worst:.0%} of"
         return (
             f"yarns overlap at {self.count} of {self.depth_mm.size} crossings, by up to"
-            f" {self.worst_mm:.3g} mm ({self.worst:.0%} of the thinner yarn's thickness)"
+            f" {self.worst_mm:.3g} mm ({part} the thinner yarn's thickness)"
         )
 
     def plot(self) -> "Figure":
