@@ -40,8 +40,7 @@ pub fn fitted(spec: &ClothSpec, control: &Control) -> Result<[YarnShape; 2]> {
         let clear = |size: f64, press: f64, tolerance: f64| {
             let tried = changed(&spec, size, press);
             let scale = tried.contact() / spec.contact();
-            let woven = Woven { spec: &tried, relaxed: &relaxed, scale };
-            woven.is_clear(tolerance * tried.thinnest(), control)
+            Woven::new(&tried, &relaxed, scale).is_clear(tolerance * tried.thinnest(), control)
         };
         if clear(1.0, 0.0, TOLERANCE)? {
             break;
