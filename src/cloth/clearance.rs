@@ -200,28 +200,34 @@ impl<'a> Woven<'a> {
         Self { spec, relaxed, scale, unit: spec.unit() }
     }
 
-    /// How deep yarns overlap at each crossing in millimetres: picks x ends. `floor`, at least 0, where
-    /// they do by no more than that.
+    /// How deep yarns overlap at each crossing in millimetres, 0 where they do by no more than `floor`
+    /// (at least 0): picks x ends.
     ///
     /// A crossing counts the overlap of its two yarns there, and that of each with its next
     /// neighbours of the same set over the crossing's slot. The cost is linear in the crossings.
     pub fn overlaps(&self, floor: f64, control: &Control) -> Result<Vec<f64>> {
         let ends = self.spec.pattern.ends;
-        let mut depths = vec![floor; self.spec.pattern.warp_up.len()];
+        let mut depths = vec![0.0; self.spec.pattern.warp_up.len()];
         depths.par_chunks_mut(ends).enumerate().try_for_each(|(pick, row)| {
             control.check()?;
             for (end, depth) in row.iter_mut().enumerate() {
-                *depth = self.at(pick, end, floor);
+                let found = self.at(pick, end, floor);
+                *depth = if found > floor { found } else { 0.0 };
             }
             Ok(())
         })?;
         Ok(depths)
     }
 
-    /// Whether no crossing has an overlap of more than `tolerance`.
-    pub fn is_clear(&self, tolerance: f64, control: &Control) -> Result<bool> {
+    /// Whether none of these crossings (pick x ends + end) has an overlap of more than `tolerance`.
+    pub fn is_clear(
+        &self,
+        crossings: impl IntoParallelIterator<Item = usize>,
+        tolerance: f64,
+        control: &Control,
+    ) -> Result<bool> {
         let ends = self.spec.pattern.ends;
-        let overlapping = (0..self.spec.pattern.warp_up.len()).into_par_iter().any(|crossing| {
+        let overlapping = crossings.into_par_iter().any(|crossing| {
             let [pick, end] = [crossing / ends, crossing % ends];
             control.stopped() || self.at(pick, end, tolerance) > tolerance
         });
@@ -229,6 +235,7 @@ impl<'a> Woven<'a> {
         Ok(!overlapping)
     }
 
+    /// How deep yarns overlap at a crossing, if by more than `floor`; else `floor`.
     fn at(&self, pick: usize, end: usize, floor: f64) -> f64 {
         let warp = self.line(YarnSet::Warp, end, pick);
         let weft = self.line(YarnSet::Weft, pick, end);
@@ -279,5 +286,59 @@ impl<'a> Woven<'a> {
                 deepest = deepest.max(depth(axes, [distance, h - other]));
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::rng::Sampler;
+    use crate::weave::curve::HeightCurve;
+
+    /// A curve over three slots of a millimetre, with heights and slopes up to these around `base`.
+    fn line(sampler: &mut Sampler, base: f64, height: f64, slope: f64) -> CenterLine {
+        let mut values =
+            |base, most| (0..6).map(|_| base + most * (2.0 * sampler.next_1d() - 1.0)).collect();
+        let (height, slope) = (values(base, height), values(0.0, slope));
+        let knots = [0.0, 0.5, 1.0, 1.5, 2.0, 2.5].into();
+        CenterLine::new(&HeightCurve { knots, period: 3.0, height, slope }, 1, 1.0, 1.0)
+    }
+
+    /// The deepest of all points, none ruled out.
+    fn deepest(yarn: Strand, other: Strand, side: f64) -> f64 {
+        let mut deepest = 0.0f64;
+        for u in fractions(ALONG).map(|f| f * other.1.half_width) {
+            let (h, slope) = yarn.0.at(u);
+            for [cos, sin] in *AROUND_YARN {
+                let out = side * yarn.1.half_height * sin / slope.hypot(1.0);
+                let away = other.0.distance(cos * yarn.1.half_width, h + out);
+                deepest = deepest.max(other.1.depth(u - out * slope, away));
+            }
+        }
+        deepest
+    }
+
+    #[test]
+    fn no_point_that_lies_deepest_is_ruled_out() {
+        let mut sampler = Sampler::new(1, 2, 3);
+        let mut overlapping = 0;
+        for case in 0..4000 {
+            let (height, slope) = [(0.3, 0.5), (0.6, 2.0)][case % 2];
+            let side = [-1.0, 1.0][case / 2 % 2];
+            let bases = [-side * sampler.next_1d(), 0.0];
+            let lines = bases.map(|base| line(&mut sampler, base, height, slope));
+            let tubes = [0, 1].map(|_| {
+                let half_width = 0.1 + 0.6 * sampler.next_1d();
+                Tube { half_width, half_height: half_width * (0.2 + 0.8 * sampler.next_1d()) }
+            });
+            let (yarn, other) = ((&lines[0], tubes[0]), (&lines[1], tubes[1]));
+            let expected = deepest(yarn, other, side);
+            overlapping += usize::from(expected > 0.0);
+            for floor in [0.0, 0.5 * expected, 0.99 * expected, 0.1] {
+                let depth = depth_inside(yarn, other, side, floor);
+                assert!((depth - expected.max(floor)).abs() < 1e-12, "{depth} {expected}");
+            }
+        }
+        assert!((500..3500).contains(&overlapping), "{overlapping}");
     }
 }
