@@ -134,6 +134,15 @@ def test_fitted_yarns_are_as_wide_and_as_round_as_fits():
     assert replace(fitted, warp=rounder, weft=rounder).overlaps().worst > 0.02
 
 
+def test_one_crossing_among_many_decides_how_yarns_fit():
+    warp_up = np.tile([[True, False], [False, True]], (40, 40))
+    plain = fabric(WeavePattern(warp_up)).fitted()
+    warp_up[40, 37] ^= True
+    fitted = fabric(WeavePattern(warp_up)).fitted()
+    assert fitted.warp.thickness < 0.99 * plain.warp.thickness
+    assert fitted.overlaps().worst < 0.021
+
+
 def test_yarns_that_fit_are_left_alone():
     cloth = fabric(WeavePattern.plain(), warp=0.1, weft=0.1)
     assert cloth.fitted() == cloth

@@ -154,8 +154,8 @@ class Fabric(Saved):
         width. Where that is not enough all yarns are narrowed by one factor. At a crossing pressed
         yarns keep half of the distance of the round ones (`collision_radius_mm`), since wide yarns
         that touch there cut into each other beside it. Ribbons keep their width as far as it does
-        not exceed the distance between neighbours. Plies, pitch and BSDF stay. The time is that of
-        one to three relaxations and some tests of all crossings.
+        not exceed the distance between neighbours. Plies, pitch and BSDF stay. The time is that
+        of one relaxation, up to two short ones, and some tests of all crossings.
         """
         warp, weft = _plycloth.fitted(self)
         return replace(self, warp=_resized(self.warp, *warp), weft=_resized(self.weft, *weft))

@@ -4,21 +4,31 @@
 //! A yarn is taken as the tube around its centre line that holds its plies (a ribbon as its sheet).
 //! Points of one tube are tested for how deep they lie inside another, to first order.
 
-use rayon::prelude::*;
+use std::sync::LazyLock;
 
+use rayon::prelude::*;
+use smallvec::SmallVec;
+
+use super::center_line::CenterLine;
 use super::spec::{ClothSpec, YarnShape};
 use super::yarn_path::YarnSet;
 use crate::control::Control;
 use crate::error::Result;
-use crate::weave::curve::{HeightCurve, Segment};
 use crate::weave::relax::Relaxed;
 
 /// Places along a yarn, and around it, at which its surface is tested at a crossing.
 const ALONG: usize = 13;
 const AROUND: usize = 12;
 
-/// Steps towards the nearest point of a centre line.
-const FOOT_STEPS: usize = 3;
+/// Cosines and sines of the places around a yarn, from one edge to the other.
+static AROUND_YARN: LazyLock<[[f64; 2]; AROUND]> = LazyLock::new(|| {
+    let angles = fractions(AROUND).map(|f| 0.5 * std::f64::consts::PI * f);
+    let turns: Vec<_> = angles.map(|angle| [angle.sin(), angle.cos()]).collect();
+    turns.try_into().expect("there are as many places as asked for")
+});
+
+/// Iterations that narrow down how steep a centre line is near a point.
+const STEEPNESS_STEPS: usize = 4;
 
 /// Places in each slot at which yarns of one set are compared.
 const PER_SLOT: usize = 4;
@@ -27,11 +37,13 @@ const PER_SLOT: usize = 4;
 #[derive(Debug, Clone, Copy)]
 pub struct Woven<'a> {
     /// The cloth, with its picks in the order of `relaxed`.
-    pub spec: &'a ClothSpec,
+    spec: &'a ClothSpec,
     /// The heights, in the cloth's units.
-    pub relaxed: &'a Relaxed,
+    relaxed: &'a Relaxed,
     /// What heights are multiplied with.
-    pub scale: f64,
+    scale: f64,
+    /// A unit of heights and places in millimetres.
+    unit: f64,
 }
 
 /// The tube around a yarn's centre line: an ellipse, or a line for a ribbon.
@@ -61,11 +73,16 @@ impl Tube {
     }
 }
 
+/// A centre line near a crossing, and the tube around it.
+type Strand<'a> = (&'a CenterLine, Tube);
+
 /// How deep the origin-centred ellipse with these half axes holds a point, to first order; negative
 /// outside.
 fn depth([a, b]: [f64; 2], [x, y]: [f64; 2]) -> f64 {
-    let radius = (x / a).hypot(y / b);
-    let slope = (x / (a * a)).hypot(y / (b * b));
+    let (p, q) = (x / a, y / b);
+    let radius = (p * p + q * q).sqrt();
+    let (p, q) = (p / a, q / b);
+    let slope = (p * p + q * q).sqrt();
     if slope > 0.0 { ((1.0 - radius) * radius / slope).min(a.min(b)) } else { a.min(b) }
 }
 
@@ -77,79 +94,95 @@ pub(super) fn half_width(shape: &YarnShape) -> f64 {
     }
 }
 
-/// A centre line near one of its crossings, in millimetres; places are counted from the crossing.
-struct Line {
-    /// Where each piece starts, and the piece.
-    pieces: [(f64, Segment); 6],
-}
-
-impl Line {
-    /// That of slot `slot` of a curve, and of the slots beside it.
-    fn new(curve: &HeightCurve, slot: usize, unit: f64, scale: f64) -> Self {
-        let knots = curve.knots.len();
-        let mut start = 0.0;
-        let mut pieces = [0, 1, 2, 3, 4, 5].map(|piece| {
-            let Segment { length, height, slope } =
-                curve.segment((2 * slot + knots * 2 + piece - 2) % knots);
-            let from = start;
-            start += length * unit;
-            let height = height.map(|h| h * unit * scale);
-            (from, Segment { length: length * unit, height, slope: slope.map(|m| m * scale) })
-        });
-        let crossing = pieces[3].0;
-        pieces.iter_mut().for_each(|(start, _)| *start -= crossing);
-        Self { pieces }
-    }
-
-    /// Height and slope.
-    fn at(&self, place: f64) -> (f64, f64) {
-        let after = self.pieces[1..].iter().take_while(|(start, _)| *start <= place).count();
-        let (start, segment) = &self.pieces[after];
-        segment.eval((place - start) / segment.length)
-    }
-
-    /// The distance of a point in the yarn's upright plane.
-    fn distance(&self, place: f64, height: f64) -> f64 {
-        let (mut foot, mut nearest) = (place, f64::INFINITY);
-        for _ in 0..=FOOT_STEPS {
-            let (h, slope) = self.at(foot);
-            let (along, up) = (place - foot, height - h);
-            nearest = nearest.min(along.hypot(up));
-            foot += (along + slope * up) / (1.0 + slope * slope);
-        }
-        nearest
+/// How deep `upper` and `lower`, which cross, overlap, if by more than `floor`; else `floor`.
+fn crossing_depth(upper: Strand, lower: Strand, floor: f64) -> f64 {
+    match (upper.1.is_sheet(), lower.1.is_sheet()) {
+        (true, true) => sheets_depth(upper, lower).max(floor),
+        (false, true) => depth_inside(lower, upper, 1.0, floor),
+        _ => depth_inside(upper, lower, -1.0, floor),
     }
 }
 
-/// How deep `upper` and `lower`, which cross, overlap; not less than 0.
-fn crossing_depth(upper: (&Line, Tube), lower: (&Line, Tube)) -> f64 {
-    let depth = match (upper.1.is_sheet(), lower.1.is_sheet()) {
-        (true, true) => sheets_depth(upper, lower),
-        (false, true) => depth_inside(lower, upper, 1.0),
-        _ => depth_inside(upper, lower, -1.0),
-    };
-    depth.max(0.0)
-}
-
-/// How deep the surface of `yarn` reaches into `other`, which crosses it towards `side` (up: 1).
-fn depth_inside(yarn: (&Line, Tube), other: (&Line, Tube), side: f64) -> f64 {
-    let mut deepest = f64::NEG_INFINITY;
-    for u in fractions(ALONG).map(|f| f * other.1.half_width) {
-        let (h, slope) = yarn.0.at(u);
-        let length = slope.hypot(1.0);
-        for cos in fractions(AROUND).map(|f| (0.5 * std::f64::consts::PI * f).sin()) {
-            // From the centre line along its normal and across.
-            let out = side * yarn.1.half_height * (1.0 - cos * cos).sqrt() / length;
-            let [along, across, height] = [u - out * slope, cos * yarn.1.half_width, h + out];
-            deepest = deepest.max(other.1.depth(along, other.0.distance(across, height)));
-        }
+/// How deep the surface of `yarn` reaches into `other`, which crosses it towards `side` (up: 1), if
+/// by more than `floor`; else `floor`.
+fn depth_inside(yarn: Strand, other: Strand, side: f64, floor: f64) -> f64 {
+    let mut points = points_perhaps_inside(yarn, other, side, floor);
+    let mut deepest = floor;
+    // What reaches deepest at most comes first: most of the others are then ruled out.
+    while let Some((next, point)) =
+        points.iter().enumerate().max_by(|(_, a), (_, b)| a.at_most.total_cmp(&b.at_most))
+        && point.at_most > deepest
+    {
+        let away = other.0.distance(point.across, point.height);
+        deepest = deepest.max(other.1.depth(point.along, away));
+        points.swap_remove(next);
     }
     deepest
 }
 
+/// A point of a yarn's surface, seen from the crossing.
+struct Point {
+    /// Its distance from the other centre line's upright plane.
+    along: f64,
+    /// Its place along the other centre line.
+    across: f64,
+    height: f64,
+    /// It lies no deeper than this inside the other yarn.
+    at_most: f64,
+}
+
+/// The points of the surface of `yarn` that perhaps lie deeper than `floor` inside `other`.
+fn points_perhaps_inside(
+    yarn: Strand,
+    other: Strand,
+    side: f64,
+    floor: f64,
+) -> SmallVec<[Point; 64]> {
+    let places = AROUND_YARN.map(|[cos, sin]| {
+        let across = cos * yarn.1.half_width;
+        let (height, stretch) = height_and_stretch(other, across);
+        (across, side * yarn.1.half_height * sin, height, 1.0 / stretch)
+    });
+    let mut points = SmallVec::new();
+    for u in fractions(ALONG).map(|f| f * other.1.half_width) {
+        let (h, slope) = yarn.0.at(u);
+        let shrink = 1.0 / (1.0 + slope * slope).sqrt();
+        for (across, out, below, shorter) in places {
+            // From the centre line along its normal and across.
+            let out = out * shrink;
+            let [along, height] = [u - out * slope, h + out];
+            let away = (height - below).abs() * shorter;
+            if away < other.1.half_height {
+                let at_most = other.1.depth(along, away);
+                if at_most > floor {
+                    points.push(Point { along, across, height, at_most });
+                }
+            }
+        }
+    }
+    points
+}
+
+/// The height of a centre line at a place, and what a point inside the yarn there is at most nearer to
+/// the line than to that height.
+///
+/// The line is nearest at most the sine of its slope there times the half height from the place.
+fn height_and_stretch((line, tube): Strand, place: f64) -> (f64, f64) {
+    let reach = tube.half_height;
+    let (height, slope) = line.at(place);
+    let bend = line.bend([place - reach, place + reach]);
+    let (mut foot, mut stretch) = (reach, 1.0);
+    for _ in 0..STEEPNESS_STEPS {
+        let steepest = slope.abs() + bend * foot;
+        stretch = (1.0 + steepest * steepest).sqrt();
+        foot = reach * steepest / stretch;
+    }
+    (height, stretch)
+}
+
 /// How far one sheet passes through another that should be below it.
-fn sheets_depth(upper: (&Line, Tube), lower: (&Line, Tube)) -> f64 {
-    let extreme = |(line, _): (&Line, Tube), half_width: f64, sign: f64| {
+fn sheets_depth(upper: Strand, lower: Strand) -> f64 {
+    let extreme = |(line, _): Strand, half_width: f64, sign: f64| {
         let heights = fractions(ALONG).map(|f| sign * line.at(f * half_width).0);
         heights.fold(f64::NEG_INFINITY, f64::max)
     };
@@ -161,57 +194,75 @@ fn fractions(count: usize) -> impl Iterator<Item = f64> {
     (0..count).map(move |i| 2.0 * i as f64 / (count - 1) as f64 - 1.0)
 }
 
-impl Woven<'_> {
-    /// How deep yarns overlap at each crossing in millimetres, 0 where they do not: picks x ends.
+impl<'a> Woven<'a> {
+    /// A cloth and its heights, which are multiplied with `scale`.
+    pub fn new(spec: &'a ClothSpec, relaxed: &'a Relaxed, scale: f64) -> Self {
+        Self { spec, relaxed, scale, unit: spec.unit() }
+    }
+
+    /// How deep yarns overlap at each crossing in millimetres, 0 where they do by no more than `floor`
+    /// (at least 0): picks x ends.
     ///
     /// A crossing counts the overlap of its two yarns there, and that of each with its next
     /// neighbours of the same set over the crossing's slot. The cost is linear in the crossings.
-    pub fn overlaps(&self, control: &Control) -> Result<Vec<f64>> {
+    pub fn overlaps(&self, floor: f64, control: &Control) -> Result<Vec<f64>> {
         let ends = self.spec.pattern.ends;
         let mut depths = vec![0.0; self.spec.pattern.warp_up.len()];
         depths.par_chunks_mut(ends).enumerate().try_for_each(|(pick, row)| {
             control.check()?;
             for (end, depth) in row.iter_mut().enumerate() {
-                *depth = self.at(pick, end);
+                let found = self.at(pick, end, floor);
+                *depth = if found > floor { found } else { 0.0 };
             }
             Ok(())
         })?;
         Ok(depths)
     }
 
-    /// Whether no crossing has an overlap of more than `tolerance`.
-    pub fn is_clear(&self, tolerance: f64, control: &Control) -> Result<bool> {
+    /// Whether none of these crossings (pick x ends + end) has an overlap of more than `tolerance`.
+    pub fn is_clear(
+        &self,
+        crossings: impl IntoParallelIterator<Item = usize>,
+        tolerance: f64,
+        control: &Control,
+    ) -> Result<bool> {
         let ends = self.spec.pattern.ends;
-        let overlapping = (0..self.spec.pattern.warp_up.len()).into_par_iter().any(|crossing| {
-            control.stopped() || self.at(crossing / ends, crossing % ends) > tolerance
+        let overlapping = crossings.into_par_iter().any(|crossing| {
+            let [pick, end] = [crossing / ends, crossing % ends];
+            control.stopped() || self.at(pick, end, tolerance) > tolerance
         });
         control.check()?;
         Ok(!overlapping)
     }
 
-    fn at(&self, pick: usize, end: usize) -> f64 {
-        let beside = self.beside(YarnSet::Warp, end, pick);
-        self.crossing(pick, end).max(beside).max(self.beside(YarnSet::Weft, pick, end))
-    }
-
-    fn crossing(&self, pick: usize, end: usize) -> f64 {
-        let unit = self.spec.unit();
-        let warp = Line::new(&self.relaxed.warp[end], pick, unit, self.scale);
-        let weft = Line::new(&self.relaxed.weft[pick], end, unit, self.scale);
+    /// How deep yarns overlap at a crossing, if by more than `floor`; else `floor`.
+    fn at(&self, pick: usize, end: usize, floor: f64) -> f64 {
+        let warp = self.line(YarnSet::Warp, end, pick);
+        let weft = self.line(YarnSet::Weft, pick, end);
+        let beside = self.beside(YarnSet::Warp, end, pick, &warp);
+        let beside = self.beside(YarnSet::Weft, pick, end, &weft).max(beside).max(floor);
         let warp = (&warp, Tube::new(&self.spec.warp.shape));
         let weft = (&weft, Tube::new(&self.spec.weft.shape));
         if self.spec.pattern.is_warp_up(pick, end) {
-            crossing_depth(warp, weft)
+            crossing_depth(warp, weft, beside)
         } else {
-            crossing_depth(weft, warp)
+            crossing_depth(weft, warp, beside)
         }
     }
 
-    /// How deep a yarn overlaps with the next ones of its set over a slot.
-    fn beside(&self, set: YarnSet, yarn: usize, slot: usize) -> f64 {
-        let (own, curves) = match set {
-            YarnSet::Warp => (&self.spec.warp, &self.relaxed.warp),
-            YarnSet::Weft => (&self.spec.weft, &self.relaxed.weft),
+    fn line(&self, set: YarnSet, yarn: usize, slot: usize) -> CenterLine {
+        let curves = match set {
+            YarnSet::Warp => &self.relaxed.warp,
+            YarnSet::Weft => &self.relaxed.weft,
+        };
+        CenterLine::new(&curves[yarn], slot, self.unit, self.scale)
+    }
+
+    /// How deep a yarn overlaps with the next ones of its set over a slot, where it is `here`.
+    fn beside(&self, set: YarnSet, yarn: usize, slot: usize, here: &CenterLine) -> f64 {
+        let own = match set {
+            YarnSet::Warp => &self.spec.warp,
+            YarnSet::Weft => &self.spec.weft,
         };
         let (half_width, count) = (half_width(&own.shape), own.spacing.len());
         // A ribbon's sheet has no height: its thickness keeps it from its neighbours.
@@ -220,8 +271,6 @@ impl Woven<'_> {
                 0.5 * thickness
             }
         };
-        let unit = self.spec.unit();
-        let line = |yarn: usize| Line::new(&curves[yarn], slot, unit, self.scale);
         let (mut deepest, mut distance, mut next) = (0.0f64, 0.0, yarn);
         loop {
             distance += 0.5 * own.spacing[next];
@@ -230,13 +279,66 @@ impl Woven<'_> {
             if distance >= 2.0 * half_width {
                 return deepest;
             }
-            let (here, there) = (line(yarn), line(next));
-            let length = here.pieces[2].1.length + here.pieces[3].1.length;
-            for place in fractions(PER_SLOT + 1).map(|f| 0.5 * f * length) {
+            let there = self.line(set, next, slot);
+            for place in fractions(PER_SLOT + 1).map(|f| 0.5 * f * here.slot()) {
                 let ((h, slope), (other, _)) = (here.at(place), there.at(place));
                 let axes = [2.0 * half_width, 2.0 * half_height * slope.hypot(1.0)];
                 deepest = deepest.max(depth(axes, [distance, h - other]));
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::rng::Sampler;
+    use crate::weave::curve::HeightCurve;
+
+    /// A curve over three slots of a millimetre, with heights and slopes up to these around `base`.
+    fn line(sampler: &mut Sampler, base: f64, height: f64, slope: f64) -> CenterLine {
+        let mut values =
+            |base, most| (0..6).map(|_| base + most * (2.0 * sampler.next_1d() - 1.0)).collect();
+        let (height, slope) = (values(base, height), values(0.0, slope));
+        let knots = [0.0, 0.5, 1.0, 1.5, 2.0, 2.5].into();
+        CenterLine::new(&HeightCurve { knots, period: 3.0, height, slope }, 1, 1.0, 1.0)
+    }
+
+    /// The deepest of all points, none ruled out.
+    fn deepest(yarn: Strand, other: Strand, side: f64) -> f64 {
+        let mut deepest = 0.0f64;
+        for u in fractions(ALONG).map(|f| f * other.1.half_width) {
+            let (h, slope) = yarn.0.at(u);
+            for [cos, sin] in *AROUND_YARN {
+                let out = side * yarn.1.half_height * sin / slope.hypot(1.0);
+                let away = other.0.distance(cos * yarn.1.half_width, h + out);
+                deepest = deepest.max(other.1.depth(u - out * slope, away));
+            }
+        }
+        deepest
+    }
+
+    #[test]
+    fn no_point_that_lies_deepest_is_ruled_out() {
+        let mut sampler = Sampler::new(1, 2, 3);
+        let mut overlapping = 0;
+        for case in 0..4000 {
+            let (height, slope) = [(0.3, 0.5), (0.6, 2.0)][case % 2];
+            let side = [-1.0, 1.0][case / 2 % 2];
+            let bases = [-side * sampler.next_1d(), 0.0];
+            let lines = bases.map(|base| line(&mut sampler, base, height, slope));
+            let tubes = [0, 1].map(|_| {
+                let half_width = 0.1 + 0.6 * sampler.next_1d();
+                Tube { half_width, half_height: half_width * (0.2 + 0.8 * sampler.next_1d()) }
+            });
+            let (yarn, other) = ((&lines[0], tubes[0]), (&lines[1], tubes[1]));
+            let expected = deepest(yarn, other, side);
+            overlapping += usize::from(expected > 0.0);
+            for floor in [0.0, 0.5 * expected, 0.99 * expected, 0.1] {
+                let depth = depth_inside(yarn, other, side, floor);
+                assert!((depth - expected.max(floor)).abs() < 1e-12, "{depth} {expected}");
+            }
+        }
+        assert!((500..3500).contains(&overlapping), "{overlapping}");
     }
 }

@@ -1,11 +1,13 @@
 //! Cross sections with which the yarns of a cloth do not cut into each other: they are pressed oval,
 //! and where that is not enough they shrink.
 
+use rayon::prelude::*;
+
 use super::clearance::{Woven, half_width};
 use super::spec::{ClothSpec, YarnShape, YarnSpec};
 use crate::control::Control;
 use crate::error::Result;
-use crate::weave::relax::relax;
+use crate::weave::relax::{Relaxed, relax, relax_near};
 
 /// An overlap of less than this part of the thinner yarn's thickness does not show.
 pub const TOLERANCE: f64 = 0.02;
@@ -25,35 +27,101 @@ const LEAST_SIZE: f64 = 1.0 / 64.0;
 /// Relaxations, of which each begins with what the last has led to.
 const ROUNDS: usize = 3;
 
+/// Crossings that a search looks at first, and how many it adds each time that others overlap.
+const WATCHED: usize = 256;
+
 /// The shapes of ends and picks that are as wide as the given ones as far as half the distance of
 /// neighbours allows, and as round as fits; [`TOLERANCE`] says what counts as an overlap.
 ///
 /// With a stiff contact heights are proportional to how far the yarns keep from each other: a search
-/// needs one relaxation, and one to confirm it.
+/// needs one relaxation, and a short one to confirm it.
 pub fn fitted(spec: &ClothSpec, control: &Control) -> Result<[YarnShape; 2]> {
     let mut spec = spec.clone();
     for yarns in [&mut spec.warp, &mut spec.weft] {
         yarns.shape = capped(yarns);
     }
-    for _ in 0..ROUNDS {
-        let relaxed = relax(&spec.relax_problem(), control)?;
-        let clear = |size: f64, press: f64, tolerance: f64| {
-            let tried = changed(&spec, size, press);
-            let scale = tried.contact() / spec.contact();
-            let woven = Woven { spec: &tried, relaxed: &relaxed, scale };
-            woven.is_clear(tolerance * tried.thinnest(), control)
-        };
-        if clear(1.0, 0.0, TOLERANCE)? {
+    let mut relaxed = relax(&spec.relax_problem(), control)?;
+    for round in 1..=ROUNDS {
+        let search = Search { spec: &spec, relaxed: &relaxed, control };
+        if search.is_clear(0..spec.pattern.warp_up.len(), UNCHANGED, TOLERANCE)? {
             break;
         }
-        let (size, press) = if clear(1.0, 1.0, AIM)? {
-            (1.0, bisected([1.0, 0.0], |press| clear(1.0, press, AIM))?)
-        } else {
-            (bisected([LEAST_SIZE, 1.0], |size| clear(size, 1.0, AIM))?, 1.0)
-        };
-        spec = changed(&spec, size, press);
+        let next = changed(&spec, search.run()?);
+        if round < ROUNDS {
+            let scale = next.contact() / spec.contact();
+            relaxed = relax_near(&next.relax_problem(), &relaxed, scale, control)?;
+        }
+        spec = next;
     }
     Ok([spec.warp.shape, spec.weft.shape])
+}
+
+/// What is done to all yarns: see [`other`].
+#[derive(Debug, Clone, Copy)]
+struct Change {
+    size: f64,
+    press: f64,
+}
+
+const UNCHANGED: Change = Change { size: 1.0, press: 0.0 };
+
+/// The search for the least change of a relaxed cloth that leaves no overlaps.
+struct Search<'a> {
+    spec: &'a ClothSpec,
+    relaxed: &'a Relaxed,
+    control: &'a Control,
+}
+
+impl Search<'_> {
+    /// Few crossings decide: the search is one among these, and those are added that it leaves
+    /// overlapping.
+    fn run(&self) -> Result<Change> {
+        let count = self.spec.pattern.warp_up.len();
+        let mut watched: Vec<_> = (0..count).step_by(count.div_ceil(WATCHED)).collect();
+        loop {
+            let change = self.among(&watched)?;
+            let overlapping = self.overlapping(change)?;
+            if overlapping.is_empty() || change.size == LEAST_SIZE {
+                return Ok(change);
+            }
+            watched.extend(&overlapping[..overlapping.len().min(WATCHED)]);
+        }
+    }
+
+    /// The least change that clears these crossings.
+    fn among(&self, crossings: &[usize]) -> Result<Change> {
+        let clear =
+            |size, press| self.is_clear(crossings.par_iter().copied(), Change { size, press }, AIM);
+        Ok(if clear(1.0, 1.0)? {
+            Change { size: 1.0, press: bisected([1.0, 0.0], |press| clear(1.0, press))? }
+        } else {
+            Change { size: bisected([LEAST_SIZE, 1.0], |size| clear(size, 1.0))?, press: 1.0 }
+        })
+    }
+
+    fn is_clear(
+        &self,
+        crossings: impl IntoParallelIterator<Item = usize>,
+        change: Change,
+        tolerance: f64,
+    ) -> Result<bool> {
+        let tried = changed(self.spec, change);
+        self.woven(&tried).is_clear(crossings, tolerance * tried.thinnest(), self.control)
+    }
+
+    /// The crossings that overlap after a change, the deepest overlap first.
+    fn overlapping(&self, change: Change) -> Result<Vec<usize>> {
+        let tried = changed(self.spec, change);
+        let depths = self.woven(&tried).overlaps(AIM * tried.thinnest(), self.control)?;
+        let mut crossings: Vec<_> = (0..depths.len()).filter(|&i| depths[i] > 0.0).collect();
+        crossings.sort_by(|&a, &b| depths[b].total_cmp(&depths[a]));
+        Ok(crossings)
+    }
+
+    /// The cloth with other yarns, before it is relaxed again.
+    fn woven<'a>(&'a self, tried: &'a ClothSpec) -> Woven<'a> {
+        Woven::new(tried, self.relaxed, tried.contact() / self.spec.contact())
+    }
 }
 
 /// A value that holds, close to one that does not; the range is from the first to the second.
@@ -86,7 +154,7 @@ fn capped(yarns: &YarnSpec) -> YarnShape {
 }
 
 /// The cloth with other yarns: see [`other`].
-fn changed(spec: &ClothSpec, size: f64, press: f64) -> ClothSpec {
+fn changed(spec: &ClothSpec, Change { size, press }: Change) -> ClothSpec {
     let mut changed = spec.clone();
     for yarns in [&mut changed.warp, &mut changed.weft] {
         yarns.shape = other(&yarns.shape, size, press);

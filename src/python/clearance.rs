@@ -53,7 +53,7 @@ pub fn depths<'py, R: Borrow<Relaxed>>(
 ) -> PyResult<Bound<'py, PyArray2<f64>>> {
     let mut depths = gate::run(py, threads, None, |control| {
         let relaxed = relaxed(control)?;
-        Woven { spec, relaxed: relaxed.borrow(), scale: 1.0 }.overlaps(control)
+        Woven::new(spec, relaxed.borrow(), 1.0).overlaps(0.0, control)
     })?;
     let (picks, ends) = (spec.pattern.picks, spec.pattern.ends);
     depths = depths.chunks_exact(ends).rev().collect::<Vec<_>>().concat();

@@ -67,6 +67,15 @@ impl Segment {
             + m1 * t * (3.0 * t - 2.0);
         (height, derivative / self.length)
     }
+
+    /// The height as a polynomial of the distance from the start, the constant first.
+    pub fn coefficients(&self) -> [f64; 4] {
+        let [[start, end], [m0, m1]] = [self.height, self.slope];
+        let mean = (end - start) / self.length;
+        let square = (3.0 * mean - 2.0 * m0 - m1) / self.length;
+        let cube = (m0 + m1 - 2.0 * mean) / (self.length * self.length);
+        [start, m0, square, cube]
+    }
 }
 
 #[cfg(test)]
@@ -108,6 +117,18 @@ mod tests {
         for s in [0.0, 0.1, 0.39, 0.4, 0.9, 1.49] {
             let (h, d) = curve.eval(s);
             assert!((h - cubic(s)).abs() < 1e-14 && (d - slope(s)).abs() < 1e-14);
+        }
+    }
+
+    #[test]
+    fn coefficients_are_those_of_the_same_cubic() {
+        let segment = Segment { length: 0.7, height: [0.2, -0.9], slope: [1.3, 0.4] };
+        let [a, b, c, d] = segment.coefficients();
+        for t in [0.0, 0.3, 0.8, 1.0] {
+            let x = t * segment.length;
+            let (height, slope) = segment.eval(t);
+            assert!((a + x * (b + x * (c + x * d)) - height).abs() < 1e-14);
+            assert!((b + x * (2.0 * c + 3.0 * d * x) - slope).abs() < 1e-14);
         }
     }
 

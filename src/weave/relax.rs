@@ -64,11 +64,44 @@ pub struct Relaxed {
 /// Errors: [`Error::Invalid`] for bad input, [`Error::Stopped`], and [`Error::NotConverged`] if
 /// numbers so far apart were given that the minimum cannot be found in double precision.
 pub fn relax(problem: &RelaxProblem, control: &Control) -> Result<Relaxed> {
+    relax_beginning(problem, None, control)
+}
+
+/// What [`relax`] finds, in fewer steps: `near` is another cell of the same pattern, relaxed, whose
+/// heights times `scale` (greater than 0) are close to those looked for.
+pub fn relax_near(
+    problem: &RelaxProblem,
+    near: &Relaxed,
+    scale: f64,
+    control: &Control,
+) -> Result<Relaxed> {
+    let mut heights = near.crossing_heights();
+    heights.scale(scale);
+    relax_beginning(problem, Some(heights), control)
+}
+
+fn relax_beginning(
+    problem: &RelaxProblem,
+    heights: Option<Field>,
+    control: &Control,
+) -> Result<Relaxed> {
     problem.check()?;
     let mut outcome = Err(Error::Stopped);
     // Inside the pool from the start, a small cell never waits for another thread.
-    rayon::scope(|_| outcome = Relaxation::new(problem).run(problem, control));
+    rayon::scope(|_| outcome = Relaxation::new(problem).run(problem, heights, control));
     outcome
+}
+
+impl Relaxed {
+    fn crossing_heights(&self) -> Field {
+        let heights = |curves: &[HeightCurve]| {
+            curves
+                .iter()
+                .flat_map(|curve| curve.height.iter().skip(1).step_by(2).copied())
+                .collect()
+        };
+        Field { warp: heights(&self.warp), weft: heights(&self.weft) }
+    }
 }
 
 /// Everything that stays the same from step to step.
@@ -94,9 +127,14 @@ impl Relaxation {
         Self { warp_strain, weft_strain, contacts: Contacts::new(problem), common_mode }
     }
 
-    fn run(&self, problem: &RelaxProblem, control: &Control) -> Result<Relaxed> {
+    fn run(
+        &self,
+        problem: &RelaxProblem,
+        heights: Option<Field>,
+        control: &Control,
+    ) -> Result<Relaxed> {
         let floor = ENERGY_FLOOR * problem.collision_stiffness * self.contacts.count() as f64;
-        let mut state = self.start();
+        let mut state = heights.map_or_else(|| self.start(), |heights| self.at(heights));
         let mut tolerance = LOOSEST_STEP;
         for iteration in 1..=ITERATIONS {
             let energy = self.energy(&state);

@@ -172,3 +172,25 @@ fn bad_input_and_stops_are_errors() {
     let error = relax(&problem, &Control::default()).unwrap_err();
     assert!(matches!(error, Error::Invalid { .. }), "{error}");
 }
+
+#[test]
+fn a_cell_near_by_leads_to_the_same_heights_in_fewer_steps() {
+    let control = Control::default();
+    for stiffness in [1.0, 100.0] {
+        let mut problem = equal_yarns(12, 9, coin);
+        problem.collision_stiffness = stiffness;
+        let near = solve(&problem);
+        for radius in problem.warp.radius.iter_mut().chain(&mut problem.weft.radius) {
+            *radius *= 0.7;
+        }
+        let expected = solve(&problem);
+        let relaxed = relax_near(&problem, &near, 0.7, &control).unwrap();
+        assert!(relaxed.iterations < expected.iterations);
+        let curves = relaxed.warp.iter().chain(&relaxed.weft);
+        for (curve, expected) in curves.zip(expected.warp.iter().chain(&expected.weft)) {
+            for (height, expected) in curve.height.iter().zip(&expected.height) {
+                assert!((height - expected).abs() < 1e-6, "{height} {expected}");
+            }
+        }
+    }
+}
