@@ -213,8 +213,9 @@ impl Swatch {
             (side - ray.origin[axis]) / ray.direction[axis]
         };
         let [width, height] = self.size;
-        // NaN, from a ray along an edge, loses.
-        [(0.0, width, 0), (-height, 0.0, 1)].map(far).into_iter().fold(f64::INFINITY, f64::min)
+        // NaN, from a ray along an edge, loses; rounding may put a cut end a little outside.
+        let edges = [(0.0, width, 0), (-height, 0.0, 1)].map(far);
+        edges.into_iter().fold(f64::INFINITY, f64::min).max(0.0)
     }
 
     /// The cut end of the ply of `place` that a ray leaves by at distance `t`.
