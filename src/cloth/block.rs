@@ -283,9 +283,9 @@ impl Block {
                 } else {
                     &rays.twice
                 };
-                let a = cylinder(joints, *radius, a.cut());
-                let b = cylinder(others, *other_radius, b.cut());
-                let (which, t) = enter_either(&a, &b, pair, t_min, t_max)?;
+                let (a, b) = (ends(joints, a.cut()), ends(others, b.cut()));
+                let radii = [*radius, *other_radius];
+                let (which, t) = enter_either(a, b, radii, pair, t_min, t_max)?;
                 Some((pieces[which], t))
             }
             _ => self.enter_in_turn(pieces, rays, t_min, t_max),
@@ -529,6 +529,11 @@ fn wider(set: YarnSet, aspect: f64) -> DVec3 {
         YarnSet::Warp => DVec3::new(aspect, 1.0, 1.0),
         YarnSet::Weft => DVec3::new(1.0, aspect, 1.0),
     }
+}
+
+#[inline]
+fn ends(joints: &[Joint], cut: usize) -> [&Joint; 2] {
+    [&joints[cut], &joints[cut + 1]]
 }
 
 #[inline]
