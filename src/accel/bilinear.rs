@@ -40,6 +40,12 @@ impl Bilinear {
         Bounds::around([self.start.left, self.start.right, self.end.left, self.end.right])
     }
 
+    /// How far down the patch reaches along `up`.
+    pub fn lowest(&self, up: DVec3) -> f64 {
+        let corners = [self.start.left, self.start.right, self.end.left, self.end.right];
+        corners.map(|corner| corner.dot(up)).into_iter().fold(f64::INFINITY, f64::min)
+    }
+
     /// The distance of the nearest hit in (`t_min`, `t_max`), from either side.
     ///
     /// Along the ray, the lines of constant v are met where the triple product of the ray's
@@ -165,6 +171,12 @@ mod tests {
         assert!((hit(0.0, 9.0).unwrap() - at(-0.6)).abs() < 1e-14);
         assert!((hit(at(0.0), 9.0).unwrap() - at(0.6)).abs() < 1e-14);
         assert_eq!(hit(at(-0.59), at(0.59)), None);
+    }
+
+    #[test]
+    fn it_reaches_down_to_its_lowest_corner() {
+        assert_eq!(saddle().lowest(DVec3::NEG_Z), -1.0);
+        assert_eq!(saddle().lowest(DVec3::new(1.0, -2.0, 0.5)), -2.0);
     }
 
     #[test]

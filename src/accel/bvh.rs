@@ -134,7 +134,7 @@ impl Bvh {
 
     /// Visits the boxes that the ray meets by twos, nearer nodes first; `visit` may bring its end
     /// nearer.
-    #[inline]
+    #[inline(always)]
     fn traverse(&self, ray: &SingleRay, mut visit: impl FnMut([u32; 2]) -> Option<f32>) {
         if self.0.is_empty() {
             return;
@@ -162,7 +162,7 @@ impl Bvh {
 
 impl Node {
     /// Where the ray enters each box, and a bit for each that it meets before `t_max`.
-    #[inline]
+    #[inline(always)]
     fn intersect(&self, ray: &SingleRay, t_max: f32) -> ([f32; WIDTH], u32) {
         let (mut enter, mut leave) = (f32x16::ZERO, f32x16::splat(t_max));
         for axis in 0..3 {
@@ -175,13 +175,15 @@ impl Node {
     }
 
     /// That of the children `hits` which the ray enters first; the others become pending.
-    #[inline]
+    #[inline(always)]
     fn nearest(&self, entry: &[f32; WIDTH], hits: u32, pending: &mut Pending) -> Option<Met> {
-        let met = bits(hits).map(|child| Met::new(entry[child], self.children[child]));
-        met.reduce(|nearest, met| {
+        let mut met = bits(hits).map(|child| Met::new(entry[child], self.children[child]));
+        let mut nearest = met.next()?;
+        for met in met {
             pending.push(nearest.max(met));
-            nearest.min(met)
-        })
+            nearest = nearest.min(met);
+        }
+        Some(nearest)
     }
 }
 

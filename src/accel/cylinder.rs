@@ -56,17 +56,31 @@ impl Cylinder {
 
     /// The box around the segment: that around the ellipses at its joints, whose hull it is.
     pub fn bounds(&self) -> Bounds {
+        let [start, end] = self.ellipses().map(|[center, a, b]| {
+            let reach = self.radius * (a * a + b * b).map(f64::sqrt);
+            Bounds { min: center - reach, max: center + reach }
+        });
+        start.union(end)
+    }
+
+    /// How far down the segment reaches along `up`.
+    pub fn lowest(&self, up: DVec3) -> f64 {
+        let [start, end] = self
+            .ellipses()
+            .map(|[center, a, b]| center.dot(up) - self.radius * a.dot(up).hypot(b.dot(up)));
+        start.min(end)
+    }
+
+    /// The ellipses at the joints: centre, and two conjugate half axes over the radius.
+    fn ellipses(&self) -> [[DVec3; 3]; 2] {
         let axis = self.axis().normalize();
         let (u, v) = axis.any_orthonormal_pair();
-        let ellipse = |joint: &Joint| {
+        [self.start, self.end].map(|joint| {
             // A spoke of the cylinder's circle, slid along the axis into the joint's plane.
             let along = axis.dot(joint.tangent).max(0.1);
             let slid = |spoke: DVec3| spoke - axis * (joint.tangent.dot(spoke) / along);
-            let (a, b) = (slid(u), slid(v));
-            let reach = self.radius * (a * a + b * b).map(f64::sqrt);
-            Bounds { min: joint.point - reach, max: joint.point + reach }
-        };
-        ellipse(&self.start).union(ellipse(&self.end))
+            [joint.point, slid(u), slid(v)]
+        })
     }
 
     /// The distance at which the ray enters from outside, if in (`t_min`, `t_max`). Quickest if it
@@ -99,7 +113,7 @@ impl Cylinder {
     pub fn may_overlap(&self, other: &Self) -> bool {
         let reach = self.reach() + other.reach();
         let [a, b] = [self, other].map(|segment| [segment.start.point, segment.end.point]);
-        segment_distance_squared(a, b) < reach * reach
+        between(a, b).length_squared() < reach * reach
     }
 
     /// How far the surface is from the axis between the joints at most: their planes slant.
@@ -166,9 +180,9 @@ impl Cylinder {
     }
 }
 
-/// The squared distance of two line segments, each given by its ends (Ericson 2004, "Real-Time
+/// The shortest way from one line segment to another, each given by its ends (Ericson 2004, "Real-Time
 /// Collision Detection", section 5.1.9).
-fn segment_distance_squared([a0, a1]: [DVec3; 2], [b0, b1]: [DVec3; 2]) -> f64 {
+pub fn between([a0, a1]: [DVec3; 2], [b0, b1]: [DVec3; 2]) -> DVec3 {
     let (u, v, w) = (a1 - a0, b1 - b0, a0 - b0);
     let (uu, uv, vv) = (u.length_squared(), u.dot(v), v.length_squared());
     let (uw, vw) = (u.dot(w), v.dot(w));
@@ -180,7 +194,7 @@ fn segment_distance_squared([a0, a1]: [DVec3; 2], [b0, b1]: [DVec3; 2]) -> f64 {
     };
     let t = ((uv * s + vw) / vv).clamp(0.0, 1.0);
     let s = ((uv * t - uw) / uu).clamp(0.0, 1.0);
-    (w + s * u - t * v).length_squared()
+    t * v - (w + s * u)
 }
 
 /// Where a ray o + t d meets an infinite cylinder about an axis: the coefficients of
@@ -218,6 +232,8 @@ pub enum Leave {
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::TAU;
+
     use super::*;
 
     /// A segment along x from -2 to 3, of radius 0.5, with slanted ends.
@@ -288,8 +304,29 @@ mod tests {
             let least = pairs
                 .map(|(i, j)| at(a, i).distance_squared(at(b, j)))
                 .fold(f64::INFINITY, f64::min);
-            let found = segment_distance_squared(a, b);
+            let found = between(a, b).length_squared();
             assert!(found <= least + 1e-12 && found > least - 2e-2 * least.sqrt() - 1e-4);
+        }
+    }
+
+    /// Against many points of its surface.
+    #[test]
+    fn it_reaches_down_to_its_lowest_point() {
+        let segment = segment();
+        for up in [DVec3::X, -DVec3::X, DVec3::new(1.0, -2.0, 0.5), DVec3::new(-0.1, 1.0, 3.0)] {
+            let ring = (0..1000).map(|i| (f64::from(i) * TAU / 1000.0).sin_cos());
+            let least = ring
+                .flat_map(|(sin, cos)| {
+                    let spoke = 0.5 * DVec3::new(0.0, sin, cos);
+                    [segment.start, segment.end].map(|joint| {
+                        let slid = spoke.dot(joint.tangent) / joint.tangent.x;
+                        joint.point + spoke - slid * DVec3::X
+                    })
+                })
+                .map(|point| point.dot(up))
+                .fold(f64::INFINITY, f64::min);
+            let lowest = segment.lowest(up);
+            assert!(lowest <= least + 1e-12 && lowest > least - 1e-4, "{up} {lowest} {least}");
         }
     }
 

@@ -72,7 +72,7 @@ impl Axis {
 
     #[inline]
     fn located(&self, cell: Cell) -> Located {
-        Located { block: cell.index, tile: cell.tile as i64, low: self.low(cell) }
+        Located { block: cell.index, tile: cell.tile, low: self.low(cell) }
     }
 
     #[inline]
@@ -101,8 +101,8 @@ impl Axis {
 pub struct Located {
     /// Its number inside the tile.
     pub block: usize,
-    /// The number of the tile.
-    pub tile: i64,
+    /// The number of the tile, whole.
+    pub tile: f64,
     /// Where it starts.
     pub low: f64,
 }

@@ -28,8 +28,9 @@ pub struct Sides {
 
 impl Sides {
     /// The same for a ray that turns back.
-    pub fn reversed(&self) -> Self {
-        Self { behind: self.ahead.clone(), ahead: self.behind.clone() }
+    #[cold]
+    pub fn reversed(&self) -> Box<Self> {
+        Box::new(Self { behind: self.ahead.clone(), ahead: self.behind.clone() })
     }
 }
 
@@ -59,11 +60,13 @@ pub struct Way {
 impl Swatch {
     /// The plies around what lies beyond `hit` by `ray`, which came through the open, if they are
     /// more than the one hit.
-    #[inline]
+    #[inline(always)]
     pub fn entered(&self, ray: &Ray, hit: &Hit) -> Option<Box<Sides>> {
-        if !hit.cut {
-            return None;
-        }
+        if hit.cut { self.entered_by_cut(ray, hit) } else { None }
+    }
+
+    #[cold]
+    fn entered_by_cut(&self, ray: &Ray, hit: &Hit) -> Option<Box<Sides>> {
         let ahead = self.nest_at(self.to_grid(ray).at(hit.t));
         (ahead.len() > 1).then(|| Box::new(Sides { behind: Nest::new(), ahead }))
     }
@@ -111,7 +114,7 @@ impl Swatch {
     }
 
     /// The wall of the ply of `place` that the ray leaves by at distance `t`, seen from inside.
-    #[inline]
+    #[inline(always)]
     fn wall(&self, place: &Place, ray: &Ray, t: f64) -> SurfacePoint {
         let local = ray.shifted(place.corner);
         let surface = self.block(place.plan).surface(place.piece, &local, t);
@@ -252,7 +255,8 @@ impl Swatch {
         ];
         let at = [0, 1].map(|axis| self.axes[axis].at(within[axis]));
         let (plan, corner) = self.plan_at(&at);
-        let pieces = self.block(plan).containing(point - corner);
-        pieces.into_iter().map(|piece| self.place(&at, plan, corner, piece)).collect()
+        let block = self.block(plan);
+        let place = |piece| self.place(&at, block.strand(piece), plan, corner, piece);
+        block.containing(point - corner).into_iter().map(place).collect()
     }
 }

@@ -9,7 +9,7 @@ use std::sync::OnceLock;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::block::{Block, BlockPlan, Piece, SurfacePoint, YarnForms};
+use super::block::{Block, BlockPlan, Piece, Strand, SurfacePoint, YarnForms};
 use super::grid::{Axis, Located, Visit, walk};
 use super::layout::{Layout, Placed};
 use super::spec::{ClothSpec, YarnShape};
@@ -160,7 +160,7 @@ impl Swatch {
     pub(super) fn hit(&self, ray: &Ray, at: &[Located; 2], piece: Piece, t: f64) -> Hit {
         let (plan, corner) = self.plan_at(at);
         let block = self.block(plan);
-        let place = self.place(at, plan, corner, piece);
+        let place = self.place(at, block.strand(piece), plan, corner, piece);
         let mut surface = block.surface(piece, &ray.shifted(corner), t);
         if let (YarnShape::Flat { .. }, _) = self.forms.of(place.set) {
             surface.normal *= -surface.normal.dot(ray.direction).signum();
@@ -170,8 +170,14 @@ impl Swatch {
 
     /// Where a piece of a block is.
     #[inline(always)]
-    pub(super) fn place(&self, at: &[Located; 2], plan: u32, corner: DVec3, piece: Piece) -> Place {
-        let strand = self.block(plan).strand(piece);
+    pub(super) fn place(
+        &self,
+        at: &[Located; 2],
+        strand: &Strand,
+        plan: u32,
+        corner: DVec3,
+        piece: Piece,
+    ) -> Place {
         let axis = strand.set as usize;
         let number = self.first_number(axis, &at[axis]) + i64::from(strand.yarn);
         let yarn = number.rem_euclid(self.counts[axis] as i64) as usize;
@@ -181,7 +187,7 @@ impl Swatch {
     /// The number of a block's first end (or pick), counted through all repeats.
     #[inline(always)]
     pub(super) fn first_number(&self, axis: usize, at: &Located) -> i64 {
-        at.tile * self.tile_yarns[axis] as i64 + self.first_yarn[axis][at.block] as i64
+        at.tile as i64 * self.tile_yarns[axis] as i64 + self.first_yarn[axis][at.block] as i64
     }
 
     /// Whether the ray enters any yarn before `t_max`.

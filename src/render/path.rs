@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::light::LightSample;
-use super::scene::{Contact, Exit, Interaction, Material, Scene};
+use super::scene::{Contact, Exit, Inside, Interaction, Material, Scene};
 use crate::accel::ray::Ray;
 use crate::math::color::Rgb;
 use crate::math::frame::Frame;
@@ -214,7 +214,7 @@ impl<R: Recorder> Path<'_, R> {
                 if !both_sides {
                     self.add_light_beyond(bsdf, &crossing, &exit, beyond, looked, gone);
                 }
-                self.leave_ply(bsdf, &crossing, &exit, looked, gone)
+                self.leave_ply(bsdf, &crossing, exit, looked, gone)
             }
             Choice::Scatter(wi) => scattered_back(interaction, wi, eval),
         }
@@ -236,10 +236,9 @@ impl<R: Recorder> Path<'_, R> {
         } else {
             (-interaction.wo, 1.0)
         };
-        let exit = self.scene.exit(interaction, refracted.0);
+        let (Inside { incident, length }, exit) = self.scene.exit(interaction, refracted.0);
         let interfaces = [enters, exit.is_in_air()];
-        let passage = bsdf.sample_passage(interfaces, refracted, exit.incident, exit.length, facet);
-        Some((passage, exit))
+        Some((bsdf.sample_passage(interfaces, refracted, incident, length, facet), exit))
     }
 
     /// The direction, in the frame at x, of the lamp that light will be looked for from beyond the
@@ -289,7 +288,7 @@ impl<R: Recorder> Path<'_, R> {
         &mut self,
         bsdf: &PlyBsdf,
         crossing: &Crossing,
-        exit: &Exit,
+        exit: Exit,
         looked: f64,
         gone: f64,
     ) -> Option<Next> {

@@ -75,12 +75,17 @@ pub struct Exit {
     pub point: DVec3,
     /// Normal *into* the yarn, tangent along the fiber.
     pub frame: Frame,
-    /// The direction back along the ray, in the frame.
-    pub incident: DVec3,
-    /// The length of the way inside.
-    pub length: f64,
     /// The plies on both sides; `None` if there is air beyond.
     sides: Option<Box<Sides>>,
+}
+
+/// The way of a refracted ray inside a yarn.
+#[derive(Debug, Clone, Copy)]
+pub struct Inside {
+    /// The direction back along the ray, in the frame where it comes out.
+    pub incident: DVec3,
+    /// Its length.
+    pub length: f64,
 }
 
 /// Where light passes between plies that touch, from fiber to fiber: there is no interface.
@@ -89,21 +94,27 @@ pub struct Contact {
     /// Normal of the surface there, to either side, and the tangent along the fiber.
     frame: Frame,
     /// The plies there.
-    sides: Sides,
+    sides: Box<Sides>,
 }
 
 impl Interaction {
     /// Whether the ray came through the air.
-    #[inline]
+    #[inline(always)]
     pub fn is_in_air(&self) -> bool {
         self.sides.as_ref().is_none_or(|sides| sides.behind.is_empty())
     }
 
     /// What light that is scattered back meets, if that is no air.
-    #[inline]
+    #[inline(always)]
     pub fn contact(&self) -> Option<Box<Contact>> {
-        let sides = self.sides.as_ref().filter(|sides| !sides.behind.is_empty())?;
-        Some(Box::new(Contact { frame: self.frame, sides: sides.reversed() }))
+        let sides = self.sides_behind()?;
+        Some(Contact::boxed(self.frame, sides.reversed()))
+    }
+
+    /// The plies on both sides, if there is no air where the ray came from.
+    #[inline(always)]
+    fn sides_behind(&self) -> Option<&Sides> {
+        self.sides.as_deref().filter(|sides| !sides.behind.is_empty())
     }
 }
 
@@ -115,10 +126,17 @@ impl Exit {
     }
 
     /// What light that goes on meets, if that is no air.
-    #[inline]
-    pub fn contact(&self) -> Option<Box<Contact>> {
-        let sides = self.sides.as_ref()?;
-        Some(Box::new(Contact { frame: self.frame, sides: Sides::clone(sides) }))
+    #[inline(always)]
+    pub fn contact(self) -> Option<Box<Contact>> {
+        let sides = self.sides?;
+        Some(Contact::boxed(self.frame, sides))
+    }
+}
+
+impl Contact {
+    #[cold]
+    fn boxed(frame: Frame, sides: Box<Sides>) -> Box<Self> {
+        Box::new(Self { frame, sides })
     }
 }
 
@@ -153,24 +171,22 @@ impl Scene {
             wo: frame.to_local(back),
             material: self.materials.of_yarn[place.set as usize][place.yarn],
             place,
-            sides: Some(Box::new(sides)),
+            sides: Some(sides),
         }
     }
 
     /// Where the ray refracted at `interaction` into `refracted` (in its frame) comes out: across
     /// a ply, or on the other face of a ribbon (Eq. 15).
     #[inline]
-    pub fn exit(&self, interaction: &Interaction, refracted: DVec3) -> Exit {
+    pub fn exit(&self, interaction: &Interaction, refracted: DVec3) -> (Inside, Exit) {
         let Interaction { point, frame, place, sides, .. } = interaction;
         match self.shapes[place.set as usize] {
-            YarnShape::Flat { thickness, .. } => Exit {
-                point: *point,
-                frame: *frame,
-                incident: -refracted,
-                length: thickness / -refracted.z,
+            YarnShape::Flat { thickness, .. } => {
+                let inside = Inside { incident: -refracted, length: thickness / -refracted.z };
                 // A ribbon lies inside the same plies with both of its faces.
-                sides: interaction.contact().map(|contact| Box::new(contact.sides)),
-            },
+                let sides = interaction.sides_behind().map(Sides::reversed);
+                (inside, Exit { point: *point, frame: *frame, sides })
+            }
             YarnShape::Round { .. } => {
                 let direction = frame.to_world(refracted);
                 let ray = Ray { origin: *point, direction };
@@ -178,8 +194,8 @@ impl Scene {
                 let others = &ahead[..ahead.len().saturating_sub(1)];
                 let Way { length, surface, sides } = self.swatch.way(place, others, &ray);
                 let frame = frame_facing(-direction, surface.normal, surface.tangent);
-                let incident = frame.to_local(-direction);
-                Exit { point: ray.at(length), frame, incident, length, sides }
+                let inside = Inside { incident: frame.to_local(-direction), length };
+                (inside, Exit { point: ray.at(length), frame, sides })
             }
         }
     }
