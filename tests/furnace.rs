@@ -3,9 +3,12 @@
 mod common;
 
 use common::{flat, furnace, mean_radiance, parameters, plain, ply, round, scene};
+use glam::DVec3;
 use plycloth::cloth::spec::{ClothSpec, YarnShape};
 use plycloth::math::color::Rgb;
 use plycloth::math::rng::Sampler;
+use plycloth::render::camera::{Camera, Projection};
+use plycloth::render::light::{Light, Rectangle};
 use plycloth::scatter::body::BodyKind;
 use plycloth::scatter::ggx::Ggx;
 use plycloth::scatter::ply::PlyParameters;
@@ -35,6 +38,47 @@ fn cloth_that_absorbs_nothing_vanishes() {
             assert!(off < tolerance + 4.0 * error.max_element(), "{mean} +- {error}");
         }
     }
+}
+
+/// A small swatch seen from the side, where the edge cuts its yarns.
+#[test]
+fn cut_ends_neither_lose_nor_make_light() {
+    for shape in [round(1), round(3)] {
+        let mut scene = scene(&plain(shape), 3.3, ply(white(0.01)), furnace());
+        let from = DVec3::new(6.0, -5.0, 1.0);
+        let view = Projection::Orthographic { width: 4.0 };
+        scene.camera = Camera::new(from, DVec3::ZERO, DVec3::Z, view, [64, 64]).unwrap();
+        let (mean, error) = mean_radiance(&scene, 160, 400);
+        let off = (mean - Rgb::ONE).abs().max_element();
+        println!("cut ends of {shape:?}: {mean:.5} +- {error:.5}");
+        assert!(off < 0.003 + 4.0 * error.max_element(), "{mean} +- {error}");
+        assert!(error.max_element() < 0.005, "{error}");
+    }
+}
+
+/// An opaque yarn seen into its end, with all light behind it.
+#[test]
+fn no_light_passes_through_an_opaque_yarn_along_its_axis() {
+    let black = PlyParameters {
+        specular_tint: Rgb::ZERO,
+        base_color: Rgb::ZERO,
+        transmitted_color: Rgb::ZERO,
+        extinction: 1e3,
+        ..parameters()
+    };
+    let edges = [DVec3::new(40.0, 0.0, 0.0), DVec3::new(0.0, 0.0, 40.0)];
+    let lamp = Light::Rectangle(Rectangle::new(DVec3::new(0.0, 20.0, 0.0), edges, Rgb::ONE));
+    let mut scene = scene(&plain(round(1)), 4.0, ply(black), vec![lamp]);
+    // Onto the end at x = 0.5, where the swatch ends half way between two picks.
+    let (from, at) = (DVec3::new(0.5, -9.0, 0.0), DVec3::new(0.5, 0.0, 0.0));
+    let view = |width| Projection::Orthographic { width };
+    let camera = |width| Camera::new(from, at, DVec3::Z, view(width), [16, 16]).unwrap();
+    scene.camera = camera(0.5);
+    let (mean, _) = mean_radiance(&scene, 16, 60);
+    assert_eq!(mean, Rgb::ZERO);
+    // Around it the lamp is seen.
+    scene.camera = camera(6.0);
+    assert!(mean_radiance(&scene, 16, 60).0.min_element() > 0.1);
 }
 
 /// How many parameter sets a cloth is tried with.

@@ -13,6 +13,7 @@ use super::grid::{Located, walk};
 use super::swatch::{Hit, Place, Swatch};
 use crate::accel::ray::Ray;
 use crate::math::extremes::{greater, lesser};
+use crate::math::frame::Frame;
 
 /// The plies that a point lies inside of, the one that a ray is in last; in the open if none.
 pub type Nest = SmallVec<[Place; 4]>;
@@ -230,19 +231,25 @@ impl Swatch {
         };
         let axis =
             if beside(0, 0.0, width) < beside(1, -height, 0.0) { DVec3::X } else { DVec3::Y };
+        self.cut_surface(place, ray, t, axis)
+    }
+
+    /// A cut end across an axis, seen from where the ray comes from.
+    #[cold]
+    fn cut_surface(&self, place: &Place, ray: &Ray, t: f64, axis: DVec3) -> SurfacePoint {
+        let normal = -axis * axis.dot(ray.direction).signum();
         let local = ray.shifted(place.corner);
-        let tangent = self.block(place.plan).surface(place.piece, &local, t).tangent;
-        SurfacePoint { normal: -axis * axis.dot(ray.direction).signum(), tangent }
+        let along = self.block(place.plan).surface(place.piece, &local, t).tangent;
+        // The fibers stand on it, more or less.
+        SurfacePoint { normal, tangent: Frame::new(normal, along).tangent() }
     }
 
     /// The cut end that a ray meets which comes in by the swatch's edge across `axis`.
     #[cold]
     pub(super) fn cut_end(&self, ray: &Ray, axis: usize) -> Option<Hit> {
         let place = *self.nest_at(ray.origin).last()?;
-        let local = ray.shifted(place.corner);
-        let SurfacePoint { tangent, .. } = self.block(place.plan).surface(place.piece, &local, 0.0);
-        let normal = -DVec3::AXES[axis] * ray.direction[axis].signum();
-        Some(Hit { t: 0.0, place, surface: SurfacePoint { normal, tangent }, cut: true })
+        let surface = self.cut_surface(&place, ray, 0.0, DVec3::AXES[axis]);
+        Some(Hit { t: 0.0, place, surface, cut: true })
     }
 
     /// The plies around a point, in the grid's coordinates.
