@@ -16,7 +16,7 @@ const RADIUS: f64 = 0.4;
 
 /// Ends that lie straight above threads: nothing bends them.
 fn straight() -> ClothSpec {
-    let round = |radius| YarnShape::Round { radius, plies: 1, ply_radius: radius, pitch: 1.0 };
+    let round = |radius| YarnShape::round(radius, 1, radius, 1.0);
     let mut spec = cloth([2, 2], |_, _| true, round(RADIUS));
     spec.weft.shape = round(1e-3);
     spec
@@ -32,7 +32,7 @@ fn worst([low, high]: [f64; 2]) -> (f64, usize) {
         let [u, v] = sampler.next_2d();
         let origin = DVec3::new(0.9 * u - 0.45, 2.0 * v - 1.0, 3.0);
         let ray = Ray { origin, direction: DVec3::NEG_Z };
-        let Some(hit) = swatch.nearest(&ray).filter(|hit| hit.set == YarnSet::Warp) else {
+        let Some(hit) = swatch.nearest(&ray).filter(|hit| hit.place.set == YarnSet::Warp) else {
             continue;
         };
         let normal = DVec3::new(hit.surface.normal.x, 0.0, hit.surface.normal.z).normalize();
@@ -51,7 +51,7 @@ fn worst([low, high]: [f64; 2]) -> (f64, usize) {
             continue;
         }
         let inner = Ray { origin: ray.at(hit.t), direction: inwards };
-        let (length, _) = swatch.leave(&hit, &inner);
+        let length = swatch.way(&hit.place, &[], &inner).length;
         worst = worst.max((length / expected - 1.0).abs());
         count += 1;
     }

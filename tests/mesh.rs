@@ -12,6 +12,7 @@ use common::cloth;
 use common::rays::direction;
 use glam::DVec3;
 use plycloth::accel::ray::Ray;
+use plycloth::cloth::inside::Way;
 use plycloth::cloth::spec::{ClothSpec, YarnShape};
 use plycloth::cloth::swatch::Swatch;
 use plycloth::cloth::yarn_path::YarnSet;
@@ -31,7 +32,7 @@ fn yarn(plies: usize, turn: f64) -> YarnShape {
     let sin = (TAU / 2.0 / plies as f64).sin();
     // A tenth thinner than fits: they clear each other.
     let ply_radius = 0.9 * if plies == 1 { radius } else { radius * sin / (1.0 + sin) };
-    YarnShape::Round { radius, plies, ply_radius, pitch: turn * plies as f64 }
+    YarnShape::round(radius, plies, ply_radius, turn * plies as f64)
 }
 
 fn spec(plies: usize, turn: f64) -> ClothSpec {
@@ -83,7 +84,7 @@ fn ply_center(
 fn tubes(spec: &ClothSpec) -> Vec<Tube> {
     let spec = spec.bottom_up();
     let relaxed = relax(&spec.relax_problem(), &Control::default()).unwrap();
-    let YarnShape::Round { radius, plies, ply_radius, pitch } = spec.warp.shape else {
+    let YarnShape::Round { radius, plies, ply_radius, pitch, .. } = spec.warp.shape else {
         unreachable!()
     };
     let helix = if plies == 1 { 0.0 } else { radius - ply_radius };
@@ -222,7 +223,8 @@ fn twisted_and_bent_plies_are_met_where_their_meshes_are() {
             let (hit, t, normal, tube) = match (found, expected) {
                 (None, None) => continue,
                 (Some(hit), Some((t, normal, tube)))
-                    if (hit.set, hit.yarn) == (tube.set, tube.yarn) && (hit.t - t).abs() < 0.1 =>
+                    if (hit.place.set, hit.place.yarn) == (tube.set, tube.yarn)
+                        && (hit.t - t).abs() < 0.1 =>
                 {
                     (hit, t, normal, tube)
                 }
@@ -240,10 +242,10 @@ fn twisted_and_bent_plies_are_met_where_their_meshes_are() {
             let inwards = (ray.direction / 1.5 - 0.5 * normal + bend).normalize();
             let from_hit = Ray { origin: ray.at(hit.t), direction: inwards };
             let from_mesh = Ray { origin: ray.at(t), direction: inwards };
-            let (length, surface) = swatch.leave(&hit, &from_hit);
+            let Way { length, surface, .. } = swatch.way(&hit.place, &[], &from_hit);
             if let Some((expected, normal)) = tube.first(&from_mesh, 1e-3, 1.0) {
                 lengths.0.push(((length - expected) * normal.dot(inwards)).abs());
-                out.0.push(surface.normal.angle_between(normal).to_degrees());
+                out.0.push((-surface.normal).angle_between(normal).to_degrees());
             }
         }
         let other = f64::from(other) / f64::from(hits);
