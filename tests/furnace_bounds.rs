@@ -64,7 +64,7 @@ fn smooth_white_cloth_returns_what_it_receives() {
                 for eta in [1.05, 1.5] {
                     let white = white(smooth, smooth);
                     let set = PlyParameters { extinction, body_reflection, eta, ..white };
-                    let [mean, error] = mean(&mut scene, set, 256);
+                    let [mean, error] = mean(&mut scene, set, 512);
                     let name = format!("{shape:?} {name}, r = {body_reflection}, eta = {eta}");
                     tests.push((name, mean, error));
                 }

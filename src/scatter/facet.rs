@@ -6,7 +6,9 @@
 //! critical): an estimator of infinite variance. So part of what passes is carried by a microfacet
 //! that moves with n along the meridian about the incident direction such that t stays. On a meridian
 //!
-//!     q = (c^2 - k^2) / (1 - k^2),    k = max(critical cosine, cosine where the meridian ends),
+//! ```text
+//! q = (c^2 - k^2) / (1 - k^2),    k = max(critical cosine, cosine where the meridian ends),
+//! ```
 //!
 //! is kept: it runs from 0 to 1 for every n, so what is moved covers all microfacets that let light
 //! through, once each, and it is t^2 unless the meridian ends at the horizon before it is critical.
@@ -15,7 +17,9 @@
 //! a window h(q) around the critical cosine is moved and the rest, whose derivative is bounded, is
 //! held:
 //!
-//!     E[passed] = E[w(m) (1 - h(q)) passed(m)] + E[w(m') |dm'/dm| h(q) passed(m')],
+//! ```text
+//! E[passed] = E[w(m) (1 - h(q)) passed(m)] + E[w(m') |dm'/dm| h(q) passed(m')],
+//! ```
 //!
 //! with w the density of visible normals over that of the recorded choice. It is exact for every n,
 //! and at the recorded parameters the two are the parts of one, so the value is the plain one.
