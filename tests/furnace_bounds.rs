@@ -50,6 +50,22 @@ fn small(shape: YarnShape) -> Scene {
     scene
 }
 
+/// Mean and standard error, of as many samples as it takes: paths inside white plies that overlap are
+/// long, and some weigh much.
+fn sharp_mean(scene: &mut Scene, set: PlyParameters) -> [f64; 2] {
+    let tries = [256, 1024, 4096].map(|spp| move |scene: &mut Scene| mean(scene, set, spp));
+    let mut last = [0.0, f64::INFINITY];
+    for sample in tries {
+        if last[1] >= LEAST_SHARP {
+            last = sample(scene);
+        }
+    }
+    last
+}
+
+/// Means with a larger standard error do not tell enough.
+const LEAST_SHARP: f64 = 4e-3;
+
 /// Smooth facets block nothing, so what comes back is what came: no lobe may have a hundredth more
 /// or less, whichever of them the light goes through.
 #[test]
@@ -64,7 +80,7 @@ fn smooth_white_cloth_returns_what_it_receives() {
                 for eta in [1.05, 1.5] {
                     let white = white(smooth, smooth);
                     let set = PlyParameters { extinction, body_reflection, eta, ..white };
-                    let [mean, error] = mean(&mut scene, set, 512);
+                    let [mean, error] = sharp_mean(&mut scene, set);
                     let name = format!("{shape:?} {name}, r = {body_reflection}, eta = {eta}");
                     tests.push((name, mean, error));
                 }
@@ -74,7 +90,7 @@ fn smooth_white_cloth_returns_what_it_receives() {
     let limit = limit(2 * tests.len());
     for (name, mean, error) in &tests {
         println!("{name}: {mean:.5} +- {error:.5}");
-        assert!(*error < 4e-3, "too noisy to tell: {name}: {mean} +- {error}");
+        assert!(*error < LEAST_SHARP, "too noisy to tell: {name}: {mean} +- {error}");
         // What facets of this width lose was found to be below 0.3%.
         assert!(mean - 1.0 < limit * error, "{name}: {mean} +- {error}");
         assert!(1.0 - mean < 5e-3 + limit * error, "{name}: {mean} +- {error}");

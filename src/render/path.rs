@@ -175,7 +175,8 @@ impl<R: Recorder> Path<'_, R> {
         if depth < self.limits.roulette_depth {
             return Some(1.0);
         }
-        let survival = promise.min(0.95);
+        // Where plies touch, paths of white ones may stay long: their weight must not grow with it.
+        let survival = if promise > 1.0 { 0.99 } else { promise.min(0.95) };
         self.promise /= survival;
         (chance < survival).then_some(survival)
     }
