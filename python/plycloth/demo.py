@@ -124,9 +124,9 @@ def _recover(folder: str | PathLike[str], effort: Effort) -> None:
 
 
 def made_up(draft: Draft, bsdfs: Sequence[PlyBsdf]) -> Fabric:
-    """Return a fabric of the draft's weave with the given BSDFs on warp and weft."""
+    """Return a fabric of the draft's weave, pressed until its yarns fit, with the given BSDFs."""
     warp, weft = (RoundYarn(RADIUS_MM, bsdf, plies=1) for bsdf in bsdfs)
-    return Fabric(draft.pattern, warp, weft, SPACING_MM, SPACING_MM)
+    return Fabric(draft.pattern, warp, weft, SPACING_MM, SPACING_MM).fitted()
 
 
 def photograph(fabric: Fabric, effort: Effort, *, seed: int) -> list[Image]:

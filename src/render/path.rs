@@ -233,7 +233,7 @@ impl<R: Recorder> Path<'_, R> {
         let enters = interaction.is_in_air();
         let refracted = if enters {
             let lamp = self.lamp_beyond(interaction, beyond);
-            bsdf.sample_refracted(interaction.wo, lamp, 2.0 * self.limits.lobe_floor, entry)?
+            bsdf.sample_refracted(interaction.wo, lamp, self.limits.lobe_floor, entry)?
         } else {
             (-interaction.wo, 1.0)
         };

@@ -298,8 +298,8 @@ impl PlyBsdf {
         Passage { interfaces, refracted, refracted_pdf, facet, length }
     }
 
-    /// What `passage` lets through, and how likely each lobe should be chosen: at least `floor` if
-    /// there is such a lobe for any parameters.
+    /// What `passage` lets through, and how likely each lobe should be chosen: about `floor` at
+    /// least if there is such a lobe for any parameters.
     #[inline]
     pub fn crossing(&self, wo: DVec3, passage: Option<Passage>, floor: f64) -> Crossing {
         let p = &self.parameters;
@@ -452,7 +452,8 @@ impl From<Option<DVec3>> for Choice {
     }
 }
 
-/// `weights` scaled to sum to one (all zero if they are), each raised to `floor` if it is possible.
+/// `weights` scaled to sum to one (all zero if they are). Those that are possible are raised first, to
+/// `floor` of the sum at least: the others hardly notice.
 #[inline]
 fn probabilities<const N: usize>(weights: [f64; N], possible: [bool; N], floor: f64) -> [f64; N] {
     let sum: f64 = weights.iter().sum();
@@ -460,7 +461,7 @@ fn probabilities<const N: usize>(weights: [f64; N], possible: [bool; N], floor: 
     if floor == 0.0 {
         return shares;
     }
-    let count = possible.iter().filter(|&&possible| possible).count() as f64;
-    let rest = if sum > 0.0 { [floor, 1.0 - floor * count] } else { [1.0 / count, 0.0] };
-    array::from_fn(|i| if possible[i] { rest[0] + rest[1] * shares[i] } else { 0.0 })
+    let raised: [f64; N] = array::from_fn(|i| if possible[i] { shares[i].max(floor) } else { 0.0 });
+    let total: f64 = raised.iter().sum();
+    raised.map(|share| share / total)
 }
