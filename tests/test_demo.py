@@ -28,10 +28,10 @@ def test_without_data_it_recovers_what_it_made_up(tmp_path, monkeypatch, capsys)
     assert {path.name for path in tmp_path.iterdir()} == FILES
     said = capsys.readouterr().out
     assert "PLYCLOTH_DATA is not set" in said
-    assert "14 hidden parameters recovered" in said
+    assert "7 hidden parameters recovered" in said
     parameters = json.loads((tmp_path / "fit.json").read_text(encoding="utf-8"))["parameters"]
-    assert len(parameters) == 14
-    assert parameters[0]["label"] == "warp.base_color.red"
+    assert len(parameters) == 7
+    assert parameters[0]["label"] == "base_color.red"
     assert parameters[0]["hidden"] == 0.75
     assert "hidden value" in (tmp_path / "index.html").read_text(encoding="utf-8")
 
