@@ -76,8 +76,8 @@ def test_what_the_pictures_tell_is_found_within_5_percent():
 @pytest.mark.slow
 @pytest.mark.xfail(
     strict=True,
-    reason="derivatives by eta that count what comes over the horizon are noisier, and roughness"
-    " trades with eta: 5.4% is stated for the roughness across",
+    reason="5.4% is stated for the roughness across, which trades with eta; derivatives by eta that"
+    " count what comes over the horizon may be what is noisier",
 )
 def test_what_the_pictures_tell_is_known_to_3_percent():
     result, hidden = told()
