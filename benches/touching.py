@@ -11,6 +11,7 @@ cores.
 """
 
 import warnings
+from dataclasses import replace
 
 import numpy as np
 import plycloth as pc
@@ -26,15 +27,7 @@ CLEAR = pc.PlyBsdf(
     roughness=SMOOTH,
     exit_roughness=SMOOTH,
 )
-BLACK = pc.PlyBsdf(
-    specular_tint=0,
-    transmission_tint=0,
-    base_color=0,
-    transmitted_color=0,
-    extinction=1e5,
-    roughness=SMOOTH,
-    exit_roughness=SMOOTH,
-)
+BLACK = replace(CLEAR, eta=1.5, specular_tint=0, transmission_tint=0, extinction=1e5)
 # A floor of light, so large that all that goes down meets it.
 LAMP = pc.RectangleLight((0, 0, -20), (4000, 0, 0), (0, 4000, 0), 1.0)
 

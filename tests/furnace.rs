@@ -14,17 +14,10 @@ use plycloth::scatter::ggx::Ggx;
 use plycloth::scatter::ply::PlyParameters;
 use statrs::distribution::{ContinuousCDF, Normal};
 
+/// White, as rough along as across, where light enters and where it leaves.
 fn white(roughness: f64) -> PlyParameters {
     let ggx = Ggx { along: roughness, across: roughness };
-    PlyParameters {
-        specular_tint: Rgb::ONE,
-        transmission_tint: Rgb::ONE,
-        base_color: Rgb::ONE,
-        transmitted_color: Rgb::ONE,
-        roughness: ggx,
-        exit_roughness: ggx,
-        ..parameters()
-    }
+    common::white(ggx, ggx)
 }
 
 #[test]

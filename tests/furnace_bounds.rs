@@ -2,9 +2,8 @@
 
 mod common;
 
-use common::{flat, furnace, mean_radiance, parameters, plain, ply, round, scene};
+use common::{flat, furnace, mean_radiance, parameters, plain, ply, round, scene, white};
 use plycloth::cloth::spec::YarnShape;
-use plycloth::math::color::Rgb;
 use plycloth::math::rng::Sampler;
 use plycloth::render::scene::Scene;
 use plycloth::scatter::ggx::Ggx;
@@ -19,18 +18,6 @@ const SIGNIFICANCE: f64 = 1e-3;
 
 fn shapes() -> [YarnShape; 3] {
     [round(1), round(3), flat()]
-}
-
-fn white(ggx: Ggx, exit: Ggx) -> PlyParameters {
-    PlyParameters {
-        specular_tint: Rgb::ONE,
-        transmission_tint: Rgb::ONE,
-        base_color: Rgb::ONE,
-        transmitted_color: Rgb::ONE,
-        roughness: ggx,
-        exit_roughness: exit,
-        ..parameters()
-    }
 }
 
 /// Mean and standard error of one channel; all are alike.

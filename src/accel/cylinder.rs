@@ -88,13 +88,7 @@ impl Cylinder {
     /// ([`enter_either`](super::cylinder_pair::enter_either)).
     #[inline]
     pub fn enter(&self, ray: &Ray, t_min: f64, t_max: f64) -> Option<f64> {
-        let (axis, offset) = (self.axis(), ray.origin - self.start.point);
-        let (a, b, c) = quadratic(
-            [axis.length_squared(), ray.direction.length_squared()],
-            [ray.direction.dot(axis), offset.dot(axis)],
-            ray.direction.dot(offset),
-            offset.length_squared() - self.radius * self.radius,
-        );
+        let (a, b, c) = self.quadratic(ray);
         let discriminant = b * b - a * c;
         if b >= 0.0 || discriminant < 0.0 {
             return None;
@@ -107,6 +101,18 @@ impl Cylinder {
             && self.start.beyond(point) >= -overstep
             && self.end.beyond(point) <= overstep;
         inside.then_some(t)
+    }
+
+    /// Where the ray meets the infinite cylinder: see [`quadratic`].
+    #[inline(always)]
+    fn quadratic(&self, ray: &Ray) -> (f64, f64, f64) {
+        let (axis, offset) = (self.axis(), ray.origin - self.start.point);
+        quadratic(
+            [axis.length_squared(), ray.direction.length_squared()],
+            [ray.direction.dot(axis), offset.dot(axis)],
+            ray.direction.dot(offset),
+            offset.length_squared() - self.radius * self.radius,
+        )
     }
 
     /// Whether the segments perhaps overlap: capsules about their axes do that hold them.
@@ -134,13 +140,7 @@ impl Cylinder {
     /// Where the ray, inside the ply, leaves this segment at or after `t`.
     #[inline(always)]
     pub fn leave(&self, ray: &Ray, t: f64) -> Leave {
-        let (axis, offset) = (self.axis(), ray.origin - self.start.point);
-        let (a, b, c) = quadratic(
-            [axis.length_squared(), ray.direction.length_squared()],
-            [ray.direction.dot(axis), offset.dot(axis)],
-            ray.direction.dot(offset),
-            offset.length_squared() - self.radius * self.radius,
-        );
+        let (a, b, c) = self.quadratic(ray);
         let root = (b * b - a * c).max(0.0).sqrt();
         let wall = if a > 0.0 { ((root - b) / a).max(t) } else { f64::INFINITY };
         let crossing = |joint: &Joint| -joint.beyond(ray.origin) / ray.direction.dot(joint.tangent);

@@ -70,6 +70,19 @@ pub fn parameters() -> PlyParameters {
     }
 }
 
+/// A ply that absorbs nothing.
+pub fn white(roughness: Ggx, exit_roughness: Ggx) -> PlyParameters {
+    PlyParameters {
+        specular_tint: Rgb::ONE,
+        transmission_tint: Rgb::ONE,
+        base_color: Rgb::ONE,
+        transmitted_color: Rgb::ONE,
+        roughness,
+        exit_roughness,
+        ..parameters()
+    }
+}
+
 pub fn ply(parameters: PlyParameters) -> Material {
     Material::Ply(Box::new(PlyBsdf::new(parameters).unwrap()))
 }

@@ -1,13 +1,13 @@
 //! Recorded paths: a picture's cell averages as a smooth function of the optical parameters.
 //!
 //! Paths are drawn once, from the parameters that the tape was recorded with, together with all that
-//! their vertices need. For other parameters every factor is f(new) / p(recorded): the averages are
-//! then an exact, smooth function of the parameters, whose derivatives come from the same paths
-//! without tracing a ray. One thing is out of their reach: light that a larger eta bends further than
-//! the recorded one can.
+//! their vertices need. For other parameters every factor is f(new) / p(recorded): the averages then
+//! are those of the new parameters in expectation, and their derivatives come from the same paths
+//! without tracing a ray. By all parameters but eta they are the derivatives of these very averages. By
+//! eta single paths jump where microfacets pass the horizon, and the derivatives are those of the
+//! expectation instead (`scatter::dielectric`, `scatter::facet`).
 //!
-//! Memory grows with the number of path vertices: 350 to 500 bytes a path of a
-//! satin on the photo rig.
+//! Memory grows with the number of path vertices.
 
 mod differentiable;
 pub mod parameter;
