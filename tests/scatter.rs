@@ -13,7 +13,8 @@ use plycloth::sampling::warp::{square_to_cosine_hemisphere, square_to_cosine_hem
 use plycloth::scatter::dielectric::RoughDielectric;
 use plycloth::scatter::fresnel::fresnel;
 use plycloth::scatter::ggx::Ggx;
-use plycloth::scatter::ply::{Choice, Crossing, Passage, PlyBsdf, PlyParameters};
+use plycloth::scatter::passage::Passage;
+use plycloth::scatter::ply::{Choice, Crossing, PlyBsdf, PlyParameters};
 
 /// Chi-square tests in this file, for the common significance.
 const TESTS: usize = 160;

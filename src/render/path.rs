@@ -9,7 +9,8 @@ use crate::math::color::Rgb;
 use crate::math::frame::Frame;
 use crate::math::rng::Sampler;
 use crate::sampling::warp::{square_to_cosine_hemisphere, square_to_cosine_hemisphere_pdf};
-use crate::scatter::ply::{Choice, Crossing, Passage, PlyBsdf};
+use crate::scatter::passage::Passage;
+use crate::scatter::ply::{Choice, Crossing, PlyBsdf};
 
 /// How far paths are followed.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -8,5 +8,6 @@ pub mod facet;
 pub mod fresnel;
 pub mod ggx;
 pub mod interface;
+pub mod passage;
 pub mod ply;
 pub mod ribbon;

@@ -11,7 +11,8 @@ use crate::math::dual::{Dual6, gradient, variable};
 use crate::render::path::Side;
 use crate::scatter::dielectric::RoughDielectric;
 use crate::scatter::ggx::Ggx;
-use crate::scatter::ply::{Passage, PassageTerms, PlyBsdf, PlyOptics, PlyParameters};
+use crate::scatter::passage::{Passage, PassageTerms, PlyOptics};
+use crate::scatter::ply::{PlyBsdf, PlyParameters};
 
 /// Where the six variables of [`PlyOptics`] stand among the parameters.
 const OPTICS: [usize; 6] = [

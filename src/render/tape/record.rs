@@ -8,7 +8,7 @@ use crate::math::color::Rgb;
 use crate::render::cells::Cells;
 use crate::render::path::{Recorder, Side};
 use crate::render::scene::Scene;
-use crate::scatter::ply::Passage;
+use crate::scatter::passage::Passage;
 
 /// Paths of a cell that are recorded and replayed at a time.
 pub const PATHS_PER_STRIP: u32 = 1024;
