@@ -3,12 +3,14 @@
 import base64
 import json
 import re
+from dataclasses import replace
 from html.parser import HTMLParser
 
 import numpy as np
 import plycloth as pc
 import pytest
 from fits import SIDES, small_fit
+from plycloth.fit_result import Step
 from plycloth.page import Page
 from plycloth.report import Comparison, fit_record, save_fit
 
@@ -112,3 +114,12 @@ def test_geometries_that_were_tried_are_a_table(tmp_path):
     text = (tmp_path / "index.html").read_text(encoding="utf-8")
     assert "<th>geometry</th><th>errors</th>" in text
     assert "<td>plain</td><td>0.125, 0.25</td>" in text
+
+
+@pytest.mark.parametrize("objective", [(0.2, 0.1), (0.2, -0.1), (-0.2, -0.1)])
+def test_objectives_that_noise_makes_negative_are_drawn_as_well(objective, tmp_path):
+    before, reached = objective
+    step = Step(before, predicted=reached, reached=reached, radius=0.1, accepted=True)
+    result = replace(small_fit()[1], steps=[step])
+    save_fit(tmp_path, Page("a fit"), result, comparisons())
+    checked((tmp_path / "index.html").read_text(encoding="utf-8"))

@@ -176,7 +176,10 @@ def _convergence(result: FitResult) -> "Figure":
 
     figure = Figure(figsize=(6, 3), layout="constrained")
     axes = figure.subplots()
-    axes.semilogy(_objective(result), ".-")
-    axes.set(xlabel="round", ylabel="objective")
+    objective = _objective(result)
+    axes.plot(objective, ".-")
+    # Products of independent differences may come out negative where noise is all there is.
+    scale = "log" if min(objective) > 0.0 else "linear"
+    axes.set(xlabel="round", ylabel="objective", yscale=scale)
     axes.grid(alpha=0.3)
     return figure
