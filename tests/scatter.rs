@@ -8,8 +8,10 @@ use common::rays::direction;
 use glam::DVec3;
 use plycloth::math::color::Rgb;
 use plycloth::math::dual::constant;
+use plycloth::math::frame::Frame;
 use plycloth::math::rng::Sampler;
 use plycloth::sampling::warp::{square_to_cosine_hemisphere, square_to_cosine_hemisphere_pdf};
+use plycloth::scatter::aim::Aim;
 use plycloth::scatter::dielectric::RoughDielectric;
 use plycloth::scatter::fresnel::fresnel;
 use plycloth::scatter::ggx::Ggx;
@@ -232,15 +234,40 @@ fn passage_with(
     (passage, bsdf.crossing(wo, Some(passage), floor))
 }
 
+/// What leads to a lamp beyond, through a surface that does not face x.
+fn aim(bsdf: &PlyBsdf) -> Aim {
+    let lamp = DVec3::new(0.3, -0.5, -1.0).normalize();
+    let normal = DVec3::new(0.2, 0.3, 1.0).normalize();
+    Aim::new(bsdf.exit_from_outside(), Frame::new(normal, DVec3::Y), lamp).unwrap()
+}
+
+#[test]
+fn aims_have_their_density_and_their_middle() {
+    for bsdf in plies() {
+        let aim = aim(&bsdf);
+        let name = format!("aim {:?}", bsdf.parameters());
+        check(&name, TESTS, |direction| aim.pdf(direction), |i| aim.sample(random(i).next_2d()));
+        let view = Frame::new(DVec3::new(0.6, 0.0, 0.8), DVec3::Y);
+        let (seen, middle) = (aim.clone().seen_from(&view), aim.middle());
+        let local = view.to_local(middle);
+        assert!((seen.middle() - local).length() < 1e-12);
+        assert!((seen.pdf(local) / aim.pdf(middle) - 1.0).abs() < 1e-9);
+        // Snell's law at the smooth interface.
+        let (normal, lamp) = (DVec3::new(0.2, 0.3, 1.0), DVec3::new(0.3, -0.5, -1.0));
+        let sines = [middle, lamp].map(|d| d.normalize().cross(normal.normalize()));
+        assert!((bsdf.parameters().eta * sines[0] - sines[1]).length() < 1e-12);
+    }
+}
+
 #[test]
 fn refracted_directions_have_their_density_with_a_lamp_beyond() {
-    let lamp = DVec3::new(0.3, -0.5, -1.0).normalize();
     for bsdf in plies() {
         for wo in views() {
-            for (lamp, floor) in [(Some(lamp), 0.0), (Some(lamp), 0.1), (None, 0.1)] {
-                let sample = |i| bsdf.sample_refracted(wo, lamp, floor, random(i).next_2d());
+            for (aim, floor) in [(Some(aim(&bsdf)), 0.0), (Some(aim(&bsdf)), 0.1), (None, 0.1)] {
+                let aim = aim.as_ref();
+                let sample = |i| bsdf.sample_refracted(wo, aim, floor, random(i).next_2d());
                 let name = format!("refracted {:?} {wo} {floor}", bsdf.parameters());
-                let pdf = |refracted| bsdf.refracted_pdf(wo, lamp, floor, refracted);
+                let pdf = |refracted| bsdf.refracted_pdf(wo, aim, floor, refracted);
                 check(&name, TESTS, pdf, |i| sample(i).map(|(refracted, _)| refracted));
             }
         }

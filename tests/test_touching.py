@@ -70,3 +70,28 @@ def test_pressed_plies_absorb_no_less_than_their_thickness(extinction):
     # Pressed together they are one: as thick as both without the overlap, with two interfaces.
     pressed = thickness(0.25, 2)
     assert 0.85 < pressed < 1.03, pressed
+
+
+@pytest.mark.parametrize("height", [60.0, -60.0])
+def test_lamps_that_light_inside_is_aimed_at_are_worth_as_much(height):
+    """A small rectangle is found by connections alone, too, but nothing aims at it."""
+    bsdf = pc.PlyBsdf(base_color=0.9, transmitted_color=0.9, body_reflection=0.6, extinction=3.0,
+                      roughness=(0.25, 0.4), exit_roughness=(0.3, 0.6))  # fmt: skip
+    thread = pc.RoundYarn(0.25, bsdf, plies=1)
+    swatch = pc.Swatch(pc.Fabric(pc.WeavePattern.plain(), thread, thread, 1.0, 1.0), (4.0, 4.0))
+    camera = pc.OrthographicCamera((0.4, -0.8, 3.0), (0, 0, 0), (0, 1, 0), 1.0, (8, 8))
+    place, area, radiance = (10.0, 5.0, height), 4.0, 3000.0
+    edges = [(2.0, 0.0, 0.0), (0.0, 2.0, 0.0)]
+    means, variances = [], []
+    for lamp in (
+        pc.PointLight(place, radiance * area * abs(height) / np.linalg.norm(place)),
+        pc.RectangleLight(place, *(edges if height < 0 else edges[::-1]), radiance),
+    ):
+        scene = pc.Scene(swatch, camera, [lamp])
+        picture = pc.render(scene, spp=8192, both_sides=True, progress=False)
+        means.append(picture.pixels.mean((0, 1), dtype=float))
+        variances.append(picture.variance.sum((0, 1), dtype=float) / 64**2)
+    # Of what is left beside the noise, the rectangle's extent makes less than a thousandth.
+    allowed = 3.5 * np.sqrt(np.sum(variances, 0)) + 1e-3 * means[1]
+    assert allowed.max() < 0.02 * means[1].max()
+    assert (np.abs(means[0] - means[1]) < allowed).all(), (means, np.sqrt(variances))

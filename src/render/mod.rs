@@ -1,5 +1,6 @@
 //! From scene to picture: cameras, lights, the path tracer and what drives it.
 
+mod aim;
 pub mod camera;
 pub mod cells;
 pub mod driver;

@@ -9,6 +9,7 @@ use crate::math::color::Rgb;
 use crate::math::frame::Frame;
 use crate::math::rng::Sampler;
 use crate::sampling::warp::{square_to_cosine_hemisphere, square_to_cosine_hemisphere_pdf};
+use crate::scatter::aim::Aim;
 use crate::scatter::passage::Passage;
 use crate::scatter::ply::{Choice, Crossing, PlyBsdf};
 
@@ -188,7 +189,8 @@ impl<R: Recorder> Path<'_, R> {
         self.recorder.vertex(material, wo, None);
         let pdf = square_to_cosine_hemisphere_pdf;
         let eval = |wi| (reflectance * pdf(wi), pdf(wi));
-        self.add_light_before(interaction, eval);
+        let before = self.light_number();
+        self.add_light_before(interaction, before, eval);
         let wi = square_to_cosine_hemisphere(self.sampler.next_2d());
         scattered_back(interaction, wi, eval)
     }
@@ -200,9 +202,10 @@ impl<R: Recorder> Path<'_, R> {
         let beyond = self.light_number();
         let (passage, exit) = self.pass(interaction, bsdf, beyond).unzip();
         self.recorder.vertex(material, wo, passage.as_ref());
+        let before = self.light_number();
         let crossing = bsdf.crossing(wo, passage, self.limits.lobe_floor);
         let eval = |wi| (bsdf.eval_entry(wo, &crossing, wi), bsdf.pdf_entry(wo, &crossing, wi));
-        self.add_light_before(interaction, eval);
+        self.add_light_before(interaction, before, eval);
         // The probability of looking for light beyond the ply, and of going on there if so.
         let (passed, both_sides) = (crossing.entry_probabilities[2], self.limits.both_sides);
         let (looked, gone) = if both_sides { (1.0, passed) } else { (passed, 1.0) };
@@ -216,9 +219,17 @@ impl<R: Recorder> Path<'_, R> {
                 if !both_sides {
                     self.add_light_beyond(bsdf, &crossing, &exit, beyond, looked, gone);
                 }
-                self.leave_ply(bsdf, &crossing, exit, looked, gone)
+                self.leave_ply(bsdf, &crossing, exit, beyond, looked, gone)
             }
-            Choice::Scatter(wi) => scattered_back(interaction, wi, eval),
+            Choice::Scatter(wi) => match interaction.contact() {
+                None => scattered_back(interaction, wi, eval),
+                Some(contact) => {
+                    let Interaction { point, frame, .. } = interaction;
+                    let (wi, aim) = self.aimed(wi, &contact, *point, frame, before)?;
+                    let share = crossing.entry_probabilities[1];
+                    scattered_back(interaction, wi, |wi| with_aim(eval(wi), share, &aim, wi))
+                }
+            },
         }
     }
 
@@ -233,8 +244,8 @@ impl<R: Recorder> Path<'_, R> {
         let (entry, facet) = (self.sampler.next_2d(), self.sampler.next_2d());
         let enters = interaction.is_in_air();
         let refracted = if enters {
-            let lamp = self.lamp_beyond(interaction, beyond);
-            bsdf.sample_refracted(interaction.wo, lamp, self.limits.lobe_floor, entry)?
+            let aim = self.aim_beyond(interaction, bsdf, beyond);
+            bsdf.sample_refracted(interaction.wo, aim.as_ref(), self.limits.lobe_floor, entry)?
         } else {
             (-interaction.wo, 1.0)
         };
@@ -243,13 +254,44 @@ impl<R: Recorder> Path<'_, R> {
         Some((bsdf.sample_passage(interfaces, refracted, incident, length, facet), exit))
     }
 
-    /// The direction, in the frame at x, of the lamp that light will be looked for from beyond the
-    /// ply, if it is one that only connections find.
+    /// The direction from `point` to the lamp that this number chooses, if it is one that only
+    /// connections find.
     #[inline]
-    fn lamp_beyond(&self, interaction: &Interaction, beyond: LightNumber) -> Option<DVec3> {
-        let sample = self.scene.lights.sample(interaction.point, beyond.0, beyond.1)?;
-        let lamp = interaction.frame.to_local(sample.direction);
-        (sample.pdf.is_none() && lamp.z < 0.0).then_some(lamp)
+    fn lamp(&self, point: DVec3, (choice, u): LightNumber) -> Option<DVec3> {
+        let sample = self.scene.lights.sample(point, choice, u)?;
+        sample.pdf.is_none().then_some(sample.direction)
+    }
+
+    /// What refracted light is aimed at, as if y faced x.
+    #[inline]
+    fn aim_beyond(
+        &self,
+        interaction: &Interaction,
+        bsdf: &PlyBsdf,
+        beyond: LightNumber,
+    ) -> Option<Aim> {
+        let lamp = interaction.frame.to_local(self.lamp(interaction.point, beyond)?);
+        Aim::new(bsdf.exit_from_outside(), Frame::orthonormal(DVec3::Z, DVec3::X), lamp)
+    }
+
+    /// Light that a body scatters into `wi` through a contact: half of it is aimed at the lamp that
+    /// this number chooses, if there is one on that side. `frame` is that of `wi`.
+    #[cold]
+    fn aimed(
+        &mut self,
+        wi: DVec3,
+        contact: &Contact,
+        point: DVec3,
+        frame: &Frame,
+        number: LightNumber,
+    ) -> Option<(DVec3, Option<Aim>)> {
+        let on_its_side = |lamp: &DVec3| lamp.dot(frame.normal()) * wi.z > 0.0;
+        let lamp = self.lamp(point, number).filter(on_its_side);
+        let aim = lamp.and_then(|lamp| self.scene.aim_through(contact, point, frame, lamp));
+        let Some(aim) = aim else { return Some((wi, None)) };
+        let (choice, u) = (self.sampler.next_1d(), self.sampler.next_2d());
+        let aimed = if choice < 0.5 { wi } else { aim.sample(u)? };
+        (aimed.z * wi.z > 0.0).then_some((aimed, Some(aim)))
     }
 
     #[inline]
@@ -259,8 +301,12 @@ impl<R: Recorder> Path<'_, R> {
 
     /// Adds light that reaches x through the air.
     #[inline]
-    fn add_light_before(&mut self, interaction: &Interaction, eval: impl Fn(DVec3) -> (Rgb, f64)) {
-        let number = self.light_number();
+    fn add_light_before(
+        &mut self,
+        interaction: &Interaction,
+        number: LightNumber,
+        eval: impl Fn(DVec3) -> (Rgb, f64),
+    ) {
         if interaction.is_in_air() {
             let Interaction { point, frame, .. } = interaction;
             self.add_light(Side::Entry, *point, frame, number, 1.0, eval);
@@ -291,13 +337,23 @@ impl<R: Recorder> Path<'_, R> {
         bsdf: &PlyBsdf,
         crossing: &Crossing,
         exit: Exit,
+        number: LightNumber,
         looked: f64,
         gone: f64,
     ) -> Option<Next> {
         let (passage, terms) = crossing.passage.as_ref()?;
+        let contact = exit.contact();
         let (side, wi, (value, pdf)) = match bsdf.sample_exit(passage, crossing, &mut self.sampler)
         {
-            Choice::Scatter(wi) => (Side::Exit, wi, eval_exit(bsdf, crossing, wi, gone)),
+            Choice::Scatter(wi) => {
+                let (wi, aim) = match &contact {
+                    None => (wi, None),
+                    Some(contact) => self.aimed(wi, contact, exit.point, &exit.frame, number)?,
+                };
+                let share = gone * crossing.exit_probabilities[1];
+                let scattered = eval_exit(bsdf, crossing, wi, gone);
+                (Side::Exit, wi, with_aim(scattered, share, &aim, wi))
+            }
             Choice::Pass => {
                 let pdf = gone * crossing.exit_probabilities[0];
                 (Side::Straight, -passage.facet.incident, (bsdf.eval_straight(terms), pdf))
@@ -305,7 +361,6 @@ impl<R: Recorder> Path<'_, R> {
             Choice::Lost => return None,
         };
         let ray = Ray { origin: exit.point, direction: exit.frame.to_world(wi) };
-        let contact = exit.contact();
         (pdf > 0.0).then_some(Next { ray, side, wi, value, pdf, chance: looked, contact })
     }
 
@@ -343,6 +398,13 @@ fn eval_exit(bsdf: &PlyBsdf, crossing: &Crossing, wi: DVec3, gone: f64) -> (Rgb,
         let pdf = gone * bsdf.pdf_exit(passage, crossing, wi);
         (bsdf.eval_exit(passage, terms, wi), pdf)
     })
+}
+
+/// Value and density of scattering into `wi`, where the body scatters the part `share` of the light
+/// and half of that, or nothing, is aimed.
+#[inline(always)]
+fn with_aim((value, pdf): (Rgb, f64), share: f64, aim: &Option<Aim>, wi: DVec3) -> (Rgb, f64) {
+    (value, aim.as_ref().map_or(pdf, |aim| 0.5 * (pdf + share * aim.pdf(wi))))
 }
 
 /// The path that goes on from x into the local direction `wi`, if that has any density.

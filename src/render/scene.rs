@@ -127,9 +127,9 @@ impl Exit {
 
     /// What light that goes on meets, if that is no air.
     #[inline(always)]
-    pub fn contact(self) -> Option<Box<Contact>> {
-        let sides = self.sides?;
-        Some(Contact::boxed(self.frame, sides))
+    pub fn contact(&self) -> Option<Box<Contact>> {
+        let sides = self.sides.as_ref()?;
+        Some(Contact::boxed(self.frame, sides.clone()))
     }
 }
 

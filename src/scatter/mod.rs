@@ -1,5 +1,6 @@
 //! How light scatters off a ply: local frames only, one file per model.
 
+pub mod aim;
 pub mod body;
 mod chandrasekhar;
 pub mod dielectric;

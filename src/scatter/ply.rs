@@ -17,6 +17,7 @@ use std::array;
 
 use glam::DVec3;
 
+use super::aim::Aim;
 use super::body::{Body, BodyKind};
 use super::dielectric::RoughDielectric;
 use super::facet::DrawnFacet;
@@ -126,55 +127,44 @@ impl PlyBsdf {
 
     /// A refracted direction in the frame at x and its density; `None` if nothing is refracted.
     ///
-    /// Where `lamp` is given, the direction of a lamp beyond the ply (z < 0), half of the directions
-    /// are chosen such that a facet at y refracts them into it, as if y faced x: with rough lobes at
-    /// x and narrow ones at y, few others meet the lamp. The part `floor` of the directions is chosen
-    /// whatever the interface, so that none is left out which another index would refract into.
+    /// Half of the directions are chosen by `aim`, if there is one: with rough lobes at x and narrow
+    /// ones at y, few others meet the lamp. The part `floor` of the directions is chosen whatever the
+    /// interface, so that none is left out which another index would refract into.
     #[inline]
     pub fn sample_refracted(
         &self,
         wo: DVec3,
-        lamp: Option<DVec3>,
+        aim: Option<&Aim>,
         floor: f64,
         [u, v]: [f64; 2],
     ) -> Option<(DVec3, f64)> {
         let entry = &self.optics.entry;
         let onwards = (u - floor) / (1.0 - floor);
-        let refracted = match lamp {
+        let refracted = match aim {
             _ if u < floor => -square_to_cosine_hemisphere([u / floor, v]),
             None => entry.sample_refraction(wo, [onwards, v])?,
             Some(_) if onwards < 0.5 => entry.sample_refraction(wo, [2.0 * onwards, v])?,
-            Some(lamp) => {
-                self.interface_to_lamp().sample_refraction(-lamp, [2.0 * onwards - 1.0, v])?
-            }
+            Some(aim) => aim.sample([2.0 * onwards - 1.0, v])?,
         };
-        let pdf = self.refracted_pdf(wo, lamp, floor, refracted);
+        let pdf = self.refracted_pdf(wo, aim, floor, refracted);
         (pdf > 0.0).then_some((refracted, pdf))
     }
 
     /// The density of [`PlyBsdf::sample_refracted`].
     #[inline(always)]
-    pub fn refracted_pdf(
-        &self,
-        wo: DVec3,
-        lamp: Option<DVec3>,
-        floor: f64,
-        refracted: DVec3,
-    ) -> f64 {
+    pub fn refracted_pdf(&self, wo: DVec3, aim: Option<&Aim>, floor: f64, refracted: DVec3) -> f64 {
+        if refracted.z >= 0.0 {
+            return 0.0;
+        }
         let anywhere = square_to_cosine_hemisphere_pdf(-refracted);
-        let refracted = constant(refracted);
-        let onwards = self.optics.entry.refraction_pdf(&constant(wo), &refracted);
-        let chosen = lamp.map_or(onwards, |lamp| {
-            let back = self.interface_to_lamp().refraction_pdf(&constant(-lamp), &refracted);
-            0.5 * (onwards + back)
-        });
+        let onwards = self.optics.entry.refraction_pdf(&constant(wo), &constant(refracted));
+        let chosen = aim.map_or(onwards, |aim| 0.5 * (onwards + aim.pdf(refracted)));
         floor * anywhere + (1.0 - floor) * chosen
     }
 
-    /// y as a lamp beyond sees it: from outside to inside, as `wo` sees x. Facets are the same all
-    /// the way round, so what comes from the lamp along -lamp is refracted as if it entered at x.
+    /// The interface at y, seen from outside.
     #[inline]
-    fn interface_to_lamp(&self) -> RoughDielectric {
+    pub fn exit_from_outside(&self) -> RoughDielectric {
         RoughDielectric { eta: self.optics.entry.eta, ggx: self.optics.exit.ggx }
     }
 
