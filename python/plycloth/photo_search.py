@@ -40,9 +40,9 @@ class Effort:
 # Of fits while many geometries are left, while few are, and of the last.
 SKETCH = Effort(cells=8, paths=128, rounds=3, evaluations=3, judging_paths=128)
 DRAWING = Effort(cells=16, paths=256, rounds=3, evaluations=3, judging_paths=512)
-PAINTING = Effort(cells=16, paths=1024, rounds=4, evaluations=3, judging_paths=512)
+PAINTING = Effort(cells=16, paths=4096, rounds=4, evaluations=3, judging_paths=512)
 # So many fits are painted one after the other, each from the best so far.
-PAINTINGS = 3
+PAINTINGS = 2
 # Errors are those of averages over so many cells across.
 JUDGING_CELLS = 16
 # Where cloth and lamp were is read off the large features of the pictures.
