@@ -84,7 +84,6 @@ NOTEBOOK_WITHOUT_WIDGETS = """
 import sys, types
 
 class Kernel:
-    config = {"IPKernelApp": {}}
     kernel = None
 
     def has_trait(self, name):
@@ -92,6 +91,8 @@ class Kernel:
 
 kernel = Kernel()
 sys.modules["IPython"] = types.SimpleNamespace(get_ipython=lambda: kernel)
+# By this name tqdm knows a notebook.
+sys.modules["ipykernel.zmqshell"] = types.ModuleType("ipykernel.zmqshell")
 sys.modules["ipywidgets"] = None
 from plycloth.progress import reporting
 with reporting(None, 8, description="render") as report:

@@ -4,9 +4,13 @@ import sys
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import Any
 
 from tqdm import TqdmWarning
+
+with warnings.catch_warnings():
+    # A notebook without ipywidgets gets a bar of text, which is no reason to warn.
+    warnings.simplefilter("ignore", TqdmWarning)
+    from tqdm.auto import tqdm
 
 Progress = bool | Callable[[int, int], object] | None
 """What ``progress=`` takes: None, True, False, or a callable of (done, total)."""
@@ -47,7 +51,7 @@ def reporting(
         yield None
     elif progress is None or progress is True:
         with (
-            _bar_kind()(total=total, desc=description or None, unit=unit) as bar,
+            tqdm(total=total, desc=description or None, unit=unit) as bar,
             _completed(lambda done, _: bar.update(done - bar.n), total) as report,
         ):
             yield report
@@ -55,15 +59,6 @@ def reporting(
         raise TypeError(
             f"progress: is {progress!r}, but must be None, True, False or a callable(done, total)"
         )
-
-
-def _bar_kind() -> Any:
-    """Return the bar for where this runs: a widget in a notebook that has ipywidgets."""
-    with warnings.catch_warnings():
-        # Where a notebook has none, the bar is one of text, which is no reason to warn.
-        warnings.simplefilter("ignore", TqdmWarning)
-        from tqdm.auto import tqdm
-    return tqdm
 
 
 @contextmanager
