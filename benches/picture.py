@@ -17,9 +17,10 @@ def peak() -> int:
 def main(width: int, height: int) -> None:
     """Render one sample per pixel and save the picture; print peaks per pixel in between."""
     scene = pc.overview(pc.Fabric.from_draft(pc.read_wif(pc.datasets.example_draft())))
+    pc.Renderer(replace(scene, camera=replace(scene.camera, resolution=(1, 1))))
+    print(f"program and cloth: {peak() / 1e6:.0f} MB")
     scene = replace(scene, camera=replace(scene.camera, resolution=(width, height)))
     renderer = pc.Renderer(scene, max_depth=2)
-    print(f"program and cloth: {peak() / 1e6:.0f} MB")
 
     def show(what: str) -> None:
         print(f"{what}: {peak() / 1e6:.0f} MB, {peak() / (width * height):.1f} bytes a pixel")
