@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import plycloth as pc
-from plycloth.mitsuba import ply_curves, write_curves
+from plycloth.mitsuba import write_curves
 
 COLOR = (0.6, 0.5, 0.4)
 FOV = 37.0
@@ -27,5 +27,5 @@ def write_weave(yarns: int, folder: Path) -> None:
     """Write the plies of the same cloth for Mitsuba: warp.txt and weft.txt."""
     swatch = weave(yarns, "diffuse", 1).swatch
     for name in ("warp", "weft"):
-        curves = ply_curves(swatch, name)
-        write_curves(folder / f"{name}.txt", curves.reshape(-1, *curves.shape[2:]), YARN.ply_radius)
+        points = pc.ply_curves(swatch, name).points
+        write_curves(folder / f"{name}.txt", points.reshape(-1, *points.shape[2:]), YARN.ply_radius)

@@ -233,9 +233,13 @@ def test_what_has_no_counterpart_is_refused(tmp_path):
         to.to_mitsuba(scene(pc.PlyBsdf()), tmp_path)
     with pytest.raises(pc.ParameterError, match=r"Fabric\.warp_colors must be None"):
         to.to_mitsuba(scene(pc.DiffuseBsdf(), warp_colors=np.ones((2, 3))), tmp_path)
-    swatch, _ = one_yarn(pc.RoundYarn(0.1, pc.DiffuseBsdf(), plies=1, thickness_mm=0.1))
-    with pytest.raises(pc.ParameterError, match=r"Fabric\.warp\.thickness_mm must be None"):
-        to.ply_curves(swatch, "warp")
-    swatch, _ = one_yarn(pc.FlatYarn(0.1, pc.DiffuseBsdf()))
-    with pytest.raises(pc.ParameterError, match=r"Fabric\.warp must be a RoundYarn"):
-        to.ply_curves(swatch, "warp")
+    for yarn, message in (
+        (
+            pc.RoundYarn(0.1, pc.DiffuseBsdf(), plies=1, thickness_mm=0.1),
+            "thickness_mm must be None",
+        ),
+        (pc.FlatYarn(0.1, pc.DiffuseBsdf()), "must be a RoundYarn"),
+    ):
+        swatch, _ = one_yarn(yarn)
+        with pytest.raises(pc.ParameterError, match=rf"Fabric\.warp.*{message}"):
+            to.to_mitsuba(pc.Scene(swatch, camera, [light]), tmp_path)

@@ -1,3 +1,4 @@
+import subprocess
 import sys
 
 import pytest
@@ -77,6 +78,33 @@ def test_none_shows_a_bar_in_a_notebook(monkeypatch):
 
     monkeypatch.setitem(sys.modules, "IPython", Kernel)
     assert progress._watched()
+
+
+NOTEBOOK_WITHOUT_WIDGETS = """
+import sys, types
+
+class Kernel:
+    kernel = None
+
+    def has_trait(self, name):
+        return name == "kernel"
+
+kernel = Kernel()
+sys.modules["IPython"] = types.SimpleNamespace(get_ipython=lambda: kernel)
+# By this name tqdm knows a notebook.
+sys.modules["ipykernel.zmqshell"] = types.ModuleType("ipykernel.zmqshell")
+sys.modules["ipywidgets"] = None
+from plycloth.progress import reporting
+with reporting(None, 8, description="render") as report:
+    report(8)
+"""
+
+
+def test_a_notebook_without_widgets_has_a_bar_of_text_and_no_warning():
+    command = [sys.executable, "-W", "always", "-c", NOTEBOOK_WITHOUT_WIDGETS]
+    shown = subprocess.run(command, check=True, capture_output=True, text=True)
+    assert "8/8" in shown.stderr
+    assert "Warning" not in shown.stderr
 
 
 def test_none_shows_nothing_in_plain_ipython_without_a_shell(monkeypatch):

@@ -152,6 +152,41 @@ def test_ribbon_looks_the_same_from_both_sides():
     np.testing.assert_array_equal(RIBBON.eval(flipped, WO[:2]), values)
 
 
+def test_directions_broadcast_as_numpy_does_it():
+    wo, wi = WO[:, None], WO[None] * [1, 1, -1]
+    rows = [np.broadcast_to(each, (3, 3, 3)).reshape(-1, 3) for each in (wo, wi)]
+    for model in (INTERFACE, RIBBON):
+        for method in (model.eval, model.pdf):
+            values = method(wo, wi)
+            assert values.shape[:2] == (3, 3)
+            np.testing.assert_array_equal(values.reshape(9, -1), method(*rows).reshape(9, -1))
+            one = method(WO[0], wi[0, 1])
+            np.testing.assert_array_equal(one, method(WO[:1], wi[0, 1:2])[0])
+    assert RIBBON.eval(WO[0], WO[1]).shape == (3,)
+    assert RIBBON.pdf(WO[0], WO[1]).shape == ()
+    assert RIBBON.eval(WO[:0], WO[0]).shape == (0, 3)
+
+
+def test_samples_have_the_shape_of_the_directions():
+    wo = np.broadcast_to(WO, (2, 3, 3))
+    for ours, rows in zip(RIBBON.sample(wo), RIBBON.sample(wo.reshape(-1, 3)), strict=True):
+        np.testing.assert_array_equal(ours, rows.reshape(2, 3, 3))
+    wi, weight = RIBBON.sample(WO[0])
+    assert wi.shape == weight.shape == (3,)
+    u = np.random.default_rng(3).random((4, 1, 3))
+    wi, pdf = INTERFACE.sample(WO, u)
+    assert (wi.shape, pdf.shape) == ((4, 3, 3), (4, 3))
+    expected = INTERFACE.sample(repeated(WO[1], 4), u[:, 0])[0]
+    np.testing.assert_array_equal(wi[:, 1], expected)
+
+
+def test_cosines_broadcast():
+    cosines = np.array([0.2, 0.9])
+    values = pc.body_reflection(0.5, cosines[:, None], cosines)
+    assert values.shape == (2, 2, 3)
+    np.testing.assert_array_equal(values[0, 1], pc.body_reflection(0.5, 0.2, 0.9))
+
+
 def test_interfaces_of_a_ply_are_those_of_its_bsdf():
     assert RIBBON.entry == pc.Interface(1.5, (0.4, 0.5))
     assert RIBBON.exit == pc.Interface(1.5, (0.5, 0.6))
@@ -199,14 +234,15 @@ NAN = np.array([[np.nan, 0.0, 1.0]])
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda: INTERFACE.eval(UP[0], UP), "wo must be an array of n x 3"),
-        (lambda: INTERFACE.eval(UP, UP[:, :2]), "wi must be an array of n x 3"),
+        (lambda: INTERFACE.eval(1.0, UP), r"wo must be an array of \.\.\. x 3"),
+        (lambda: INTERFACE.eval(UP, UP[:, :2]), r"wi must be an array of \.\.\. x 3 .* not 1 x 2"),
         (lambda: INTERFACE.pdf(NAN, UP), r"wo\[0, 0\] must be finite"),
         (lambda: INTERFACE.pdf(UP, 1.1 * UP), r"wi\[0\] must have length 1, not 1.1"),
-        (lambda: INTERFACE.eval(UP, WO), "wi must have as many rows as wo, 1, not 3"),
-        (lambda: INTERFACE.sample(UP, UP[:, :2]), "u must be an array of n x 3"),
+        (lambda: INTERFACE.pdf(1.1 * UP[0], UP), r"wo must have length 1, not 1.1"),
+        (lambda: INTERFACE.eval(WO[:2], WO), r"wi must broadcast with wo, .* \(2,\), .* \(3,\)"),
+        (lambda: INTERFACE.sample(UP, UP[:, :2]), r"u must be an array of \.\.\. x 3"),
         (lambda: INTERFACE.sample(UP, 2 * UP), r"u\[0, 2\] must be in \[0, 1\]"),
-        (lambda: INTERFACE.sample(UP, WO**2), "u must have as many rows as wo, 1, not 3"),
+        (lambda: INTERFACE.sample(WO[:2], WO**2), "u must broadcast with wo"),
         (lambda: pc.Interface(0.9), r"Interface.eta must be in \[1.01, 3\]"),
         (lambda: pc.Interface(1.5, 0.0), r"Interface.roughness.* must be in \[0.001, 1\]"),
         (lambda: pc.PlyLobes(pc.PlyBsdf(), 0.0), "PlyLobes.thickness_mm must be"),
@@ -215,7 +251,7 @@ NAN = np.array([[np.nan, 0.0, 1.0]])
         (lambda: RIBBON.sample(UP, seed=-1), "seed must be in"),
         (lambda: pc.body_reflection(2, [1], [1]), r"base_color\[0\]|base_color must be in"),
         (lambda: pc.body_reflection(0.5, [0.0], [1]), r"cos_o\[0\] must be in"),
-        (lambda: pc.body_reflection(0.5, [1], [1, 1]), "cos_i must have as many rows"),
+        (lambda: pc.body_reflection(0.5, [1, 1, 1], [1, 1]), "cos_i must broadcast with cos_o"),
         (lambda: pc.body_reflection(0.5, [1], [1], eta=4), "eta must be in"),
         (lambda: pc.body_reflection(0.5, [1], [1], body="print"), "nearest is 'printed'"),
     ],

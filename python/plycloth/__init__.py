@@ -6,10 +6,12 @@ from plycloth._json import FormatError, load, save
 from plycloth._plycloth import __version__
 from plycloth.bsdf import DiffuseBsdf, PlyBsdf
 from plycloth.camera import OrthographicCamera, PerspectiveCamera
+from plycloth.curves import PlyCurves, ply_curves
 from plycloth.draft import Draft
 from plycloth.fabric import Fabric
 from plycloth.fit import fit
 from plycloth.fit_result import FitResult
+from plycloth.gradient import value_and_gradient
 from plycloth.image import Image, ImageError, ImageWarning, read_image
 from plycloth.lens import Lens
 from plycloth.light import (
@@ -58,6 +60,7 @@ __all__ = [
     "PhotoFit",
     "PhotoRig",
     "PlyBsdf",
+    "PlyCurves",
     "PlyLobes",
     "PointLight",
     "RectangleLight",
@@ -80,6 +83,7 @@ __all__ = [
     "load",
     "overview",
     "photo_rig",
+    "ply_curves",
     "preset",
     "presets",
     "read_image",
@@ -87,5 +91,6 @@ __all__ = [
     "relax",
     "render",
     "save",
+    "value_and_gradient",
     "write_wif",
 ]

@@ -215,13 +215,31 @@ def array(shape: tuple[int | None, ...], valid: Range, dtype: type = np.float64)
         )
         if not fits:
             raise ParameterError(f"{name} must be an array of {wanted}, not {_size(stored)}")
-        if not (held := valid.holds(stored)).all():
-            where = tuple(int(i) for i in np.argwhere(~held)[0])
-            index = ", ".join(map(str, where))
-            raise ParameterError(f"{name}[{index}] must be {valid}, not {stored[where]}")
+        _check_values(name, stored, valid)
         return stored
 
     return check
+
+
+def arrays(core: tuple[int, ...], valid: Range) -> Check:
+    """Check for an array of any shape that ends in `core`; stores a read-only float64 copy."""
+    wanted = " x ".join(["...", *map(str, core)]) + " numbers"
+
+    def check(name: str, value: Any) -> NDArray[Any]:
+        stored = _float_array(name, value, np.float64)
+        if stored.shape[stored.ndim - len(core) :] != core:
+            raise ParameterError(f"{name} must be an array of {wanted}, not {_size(stored)}")
+        _check_values(name, stored, valid)
+        return stored
+
+    return check
+
+
+def _check_values(name: str, values: NDArray[Any], valid: Range) -> None:
+    if not (held := valid.holds(values)).all():
+        where = tuple(int(i) for i in np.argwhere(~held)[0])
+        index = f"[{', '.join(map(str, where))}]" if where else ""
+        raise ParameterError(f"{name}{index} must be {valid}, not {values[where]}")
 
 
 def _float_array(name: str, value: Any, dtype: type) -> NDArray[Any]:
@@ -233,7 +251,8 @@ def _float_array(name: str, value: Any, dtype: type) -> NDArray[Any]:
         raise TypeError(f"{name} must hold real numbers, not {_describe(value)}")
     # Adding 0 turns -0 into 0, so that equal arrays have equal bytes and thus equal hashes.
     with np.errstate(over="ignore"):
-        stored: NDArray[Any] = np.ascontiguousarray(given, dtype) + dtype(0)
+        stored: NDArray[Any] = np.array(given, dtype, order="C")
+        stored += dtype(0)
     stored.flags.writeable = False
     return stored
 

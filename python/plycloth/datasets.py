@@ -8,6 +8,7 @@ file with source and licence.
 
 import os
 import tomllib
+import warnings
 from collections.abc import Iterable
 from dataclasses import dataclass
 from difflib import get_close_matches
@@ -15,7 +16,12 @@ from functools import cache
 from pathlib import Path, PurePosixPath
 from urllib.parse import quote
 
-import pooch
+from tqdm import TqdmWarning
+
+with warnings.catch_warnings():
+    # It loads tqdm's bar for notebooks, which warns where there is no ipywidgets.
+    warnings.simplefilter("ignore", TqdmWarning)
+    import pooch
 
 FOLDER_VARIABLE = "PLYCLOTH_DATA"
 

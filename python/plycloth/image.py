@@ -13,7 +13,8 @@ from PIL import ImageOps
 
 from plycloth import _plycloth
 from plycloth._check import nearest
-from plycloth._color import decode, encode
+from plycloth._color import decode, to_codes
+from plycloth._image_values import ImageValues
 
 PathOrStr = str | PathLike[str]
 FloatArray = npt.NDArray[np.floating]
@@ -33,8 +34,12 @@ class ImageWarning(UserWarning):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Image:
+class Image(ImageValues):
     """A picture in linear light; shows itself in a notebook and passes as an array.
+
+    Images can be added, subtracted, multiplied and divided, also by numbers and arrays, and their
+    variances follow: independent images' add up, an image without one gives a result without.
+    `image[10:20, 30:40]` is the Image of these rows and columns.
 
     Parameters
     ----------
@@ -68,6 +73,18 @@ class Image:
             bad = np.count_nonzero(~(variance >= 0))
             raise ValueError(f"variance: {bad} values are negative or NaN, but must be at least 0")
         object.__setattr__(self, "variance", variance)
+
+    @classmethod
+    def adopt(
+        cls, pixels: npt.NDArray[np.float32], variance: npt.NDArray[np.float32] | None
+    ) -> "Image":
+        """Make a picture of arrays that nobody else holds: they are neither copied nor checked."""
+        image = object.__new__(cls)
+        for name, values in (("pixels", pixels), ("variance", variance)):
+            if values is not None:
+                values.flags.writeable = False
+            object.__setattr__(image, name, values)
+        return image
 
     @property
     def height(self) -> int:
@@ -184,7 +201,7 @@ class Image:
                 f"pixels: {missing} of {self.width * self.height} are NaN, which a PNG cannot "
                 "hold; save them as .exr to look into it"
             )
-        codes = np.round(encode(self.pixels, gamma) * 255).astype(np.uint8)
+        codes = to_codes(self.pixels, gamma)
         data = io.BytesIO()
         PilImage.fromarray(codes).save(data, format="png")
         return data.getvalue()

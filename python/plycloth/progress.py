@@ -1,10 +1,16 @@
 """Progress as the user wants it: a bar where a person watches, a callback, or nothing."""
 
 import sys
+import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from tqdm.auto import tqdm
+from tqdm import TqdmWarning
+
+with warnings.catch_warnings():
+    # A notebook without ipywidgets gets a bar of text, which is no reason to warn.
+    warnings.simplefilter("ignore", TqdmWarning)
+    from tqdm.auto import tqdm
 
 Progress = bool | Callable[[int, int], object] | None
 """What ``progress=`` takes: None, True, False, or a callable of (done, total)."""

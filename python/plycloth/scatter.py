@@ -1,8 +1,10 @@
 """The scattering models of a ply by themselves, for arrays of directions.
 
 Local frame: z is the outward normal, x runs along the fibers. All directions are unit vectors that
-point away from the surface; `eval` includes the cosine of `wi`, as Mitsuba's does. Values over
-many directions are computed in parallel.
+point away from the surface; `eval` includes the cosine of `wi`, as Mitsuba's does. Arrays of
+directions (their last axis holds the three components) and of numbers are broadcast against each
+other as numpy does it, and results have the shape that this gives. Values over many directions are
+computed in parallel.
 """
 
 from dataclasses import dataclass
@@ -19,7 +21,7 @@ from plycloth._check import (
     UNIT,
     ParameterError,
     Range,
-    array,
+    arrays,
     choice,
     instance,
     integer,
@@ -30,6 +32,7 @@ from plycloth._value import Description
 from plycloth.bsdf import PlyBsdf, Roughness
 
 Array = NDArray[np.float64]
+Shape = tuple[int, ...]
 
 ETA = Range(1.01, 3.0)
 
@@ -41,9 +44,9 @@ _color = rgb(UNIT)
 _body = choice("conserving", "printed")
 _seed = integer(0, 2**64 - 1)
 _passages = integer(1, 2**32 - 1)
-_vectors = array((None, 3), FINITE)
-_cosines = array((None,), Range(1e-12, 1.0))
-_samples = array((None, 3), UNIT)
+_vectors = arrays((3,), FINITE)
+_cosines = arrays((), Range(1e-12, 1.0))
+_samples = arrays((3,), UNIT)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -80,26 +83,29 @@ class Interface(Description):
         Parameters
         ----------
         wo, wi
-            Unit vectors, n x 3. On one side of the interface they give the reflection, on
+            Unit vectors, (..., 3). On one side of the interface they give the reflection, on
             different sides the refraction.
 
         Returns
         -------
         ndarray
-            n values per steradian.
+            Values per steradian, one per pair (...).
 
         Raises
         ------
         ParameterError
-            If an array is not n x 3, holds NaN, or a vector's length is not 1.
+            If an array is not (..., 3), holds NaN, a vector's length is not 1, or the two cannot
+            be broadcast against each other.
         TypeError
             If an array does not hold real numbers.
         """
-        return self._compiled.eval(*_direction_pairs(wo, wi))
+        shape, pairs = _direction_pairs(wo, wi)
+        return _shaped(self._compiled.eval(*pairs), shape)
 
     def pdf(self, wo: ArrayLike, wi: ArrayLike) -> Array:
-        """Density of `sample`, n values per steradian. Arguments are those of `eval`."""
-        return self._compiled.pdf(*_direction_pairs(wo, wi))
+        """Density of `sample` per steradian. Arguments and shape are those of `eval`."""
+        shape, pairs = _direction_pairs(wo, wi)
+        return _shaped(self._compiled.pdf(*pairs), shape)
 
     def sample(self, wo: ArrayLike, u: ArrayLike) -> tuple[Array, Array]:
         """Choose directions by visible normals, reflected or refracted as Fresnel's equations say.
@@ -107,27 +113,28 @@ class Interface(Description):
         Parameters
         ----------
         wo
-            Unit vectors, n x 3.
+            Unit vectors, (..., 3).
         u
-            Uniform random numbers, n x 3, in [0, 1].
+            Uniform random numbers, (..., 3), in [0, 1].
 
         Returns
         -------
         wi, pdf
-            Directions, n x 3, and their densities, n. Both are zero where the light would meet
-            the interface a second time, which the model leaves out.
+            Directions, (..., 3), and their densities, (...). Both are zero where the light would
+            meet the interface a second time, which the model leaves out.
 
         Raises
         ------
         ParameterError
-            If an array is not n x 3, holds NaN, or a vector's length is not 1.
+            If an array is not (..., 3), holds NaN, a vector's length is not 1, or the two cannot
+            be broadcast against each other.
         TypeError
             If an array does not hold real numbers.
         """
-        directions = _directions("wo", wo)
-        numbers = _samples("u", u)
-        _check_rows("u", numbers, "wo", directions)
-        return self._compiled.sample(directions, numbers)
+        directions, numbers = _directions("wo", wo), _samples("u", u)
+        shape, pairs = _broadcast(wo=directions, u=numbers)
+        wi, pdf = self._compiled.sample(*pairs)
+        return _shaped(wi, shape, 3), _shaped(pdf, shape)
 
     @cached_property
     def _compiled(self) -> _plycloth.CompiledInterface:
@@ -149,7 +156,7 @@ def body_reflection(
     base_color
         k_x^B in linear RGB, or one number for a grey, each in [0, 1].
     cos_o, cos_i
-        Cosines of the two directions with the normal, n each, in (0, 1].
+        Cosines of the two directions with the normal, (...), in (0, 1].
     eta
         Index of refraction, in [1.01, 3]; only the printed form depends on it.
     body
@@ -159,19 +166,21 @@ def body_reflection(
     Returns
     -------
     ndarray
-        n x 3 values per steradian, without a cosine.
+        Values per steradian, (..., 3), without a cosine.
 
     Raises
     ------
     ParameterError
-        If a value lies outside its range, or the cosines differ in number.
+        If a value lies outside its range, or the cosines cannot be broadcast against each other.
     TypeError
         If a value is not of the kind named.
     """
     outgoing, incoming = _cosines("cos_o", cos_o), _cosines("cos_i", cos_i)
-    _check_rows("cos_i", incoming, "cos_o", outgoing)
+    shape, pairs = _broadcast(cos_o=outgoing[..., None], cos_i=incoming[..., None])
     color, index, form = _color("base_color", base_color), _eta("eta", eta), _body("body", body)
-    return _plycloth.body_reflection(color, outgoing, incoming, index, form)
+    cos_out, cos_in = (pair[:, 0] for pair in pairs)
+    values = _plycloth.body_reflection(color, cos_out, cos_in, index, form)
+    return _shaped(values, shape, 3)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -220,30 +229,33 @@ class PlyLobes(Description):
         Parameters
         ----------
         wo, wi
-            Unit vectors, n x 3, on either side of the ribbon, which looks the same from both.
+            Unit vectors, (..., 3), on either side of the ribbon, which looks the same from both.
         passages
             Random passages to average over, at least 1.
         seed
-            Pairs with the same number and seed share their random numbers; 0 to 2^64 - 1.
+            Pairs with the same number (in the order of the result) and seed share their random
+            numbers; 0 to 2^64 - 1.
 
         Returns
         -------
         ndarray
-            n x 3 values per steradian, linear RGB.
+            Values per steradian, (..., 3), linear RGB.
 
         Raises
         ------
         ParameterError
-            If an array is not n x 3, holds NaN, a vector's length is not 1, or a number lies
-            outside its range.
+            If an array is not (..., 3), holds NaN, a vector's length is not 1, the two cannot be
+            broadcast against each other, or a number lies outside its range.
         TypeError
             If an array does not hold real numbers, or a number is not whole.
         """
-        return self._averages(wo, wi, passages, seed)[0]
+        shape, (values, _) = self._averages(wo, wi, passages, seed)
+        return _shaped(values, shape, 3)
 
     def pdf(self, wo: ArrayLike, wi: ArrayLike, *, passages: int = 256, seed: int = 0) -> Array:
-        """Density of `sample`, n values per steradian. Arguments are those of `eval`."""
-        return self._averages(wo, wi, passages, seed)[1]
+        """Density of `sample` per steradian, (...). Arguments are those of `eval`."""
+        shape, (_, densities) = self._averages(wo, wi, passages, seed)
+        return _shaped(densities, shape)
 
     def sample(self, wo: ArrayLike, *, seed: int = 0) -> tuple[Array, Array]:
         """Choose directions, each after a random passage.
@@ -251,30 +263,33 @@ class PlyLobes(Description):
         Parameters
         ----------
         wo
-            Unit vectors, n x 3.
+            Unit vectors, (..., 3).
         seed
-            Rows with the same number and seed are sampled alike; 0 to 2^64 - 1.
+            Directions with the same number and seed are sampled alike; 0 to 2^64 - 1.
 
         Returns
         -------
         wi, weight
-            Directions, n x 3, and linear RGB weights, n x 3: value over density, given the passage.
+            Directions and linear RGB weights, (..., 3): value over density, given the passage.
             Both are zero where the light is lost. The mean weight is the ribbon's albedo.
 
         Raises
         ------
         ParameterError
-            If `wo` is not n x 3, holds NaN, or a vector's length is not 1.
+            If `wo` is not (..., 3), holds NaN, or a vector's length is not 1.
         TypeError
             If an array does not hold real numbers, or the seed is not whole.
         """
-        return self._compiled.sample(_directions("wo", wo), _seed("seed", seed))
+        directions = _directions("wo", wo)
+        wi, weight = self._compiled.sample(directions.reshape(-1, 3), _seed("seed", seed))
+        return wi.reshape(directions.shape), weight.reshape(directions.shape)
 
     def _averages(
         self, wo: ArrayLike, wi: ArrayLike, passages: int, seed: int
-    ) -> tuple[Array, Array]:
-        pairs = _direction_pairs(wo, wi)
-        return self._compiled.eval(*pairs, _passages("passages", passages), _seed("seed", seed))
+    ) -> tuple[Shape, tuple[Array, Array]]:
+        shape, pairs = _direction_pairs(wo, wi)
+        count, number = _passages("passages", passages), _seed("seed", seed)
+        return shape, self._compiled.eval(*pairs, count, number)
 
     @cached_property
     def _compiled(self) -> _plycloth.CompiledRibbon:
@@ -283,21 +298,33 @@ class PlyLobes(Description):
 
 def _directions(name: str, value: ArrayLike) -> Array:
     vectors: Array = _vectors(name, value)
-    lengths = np.linalg.norm(vectors, axis=1)
+    lengths = np.asarray(np.linalg.norm(vectors, axis=-1))
     if (wrong := np.abs(lengths - 1.0) > LENGTH_TOLERANCE).any():
-        row = int(np.argmax(wrong))
-        raise ParameterError(f"{name}[{row}] must have length 1, not {lengths[row]:g}")
-    return np.asarray(vectors / lengths[:, None])
+        where = tuple(int(i) for i in np.argwhere(wrong)[0])
+        index = f"[{', '.join(map(str, where))}]" if where else ""
+        raise ParameterError(f"{name}{index} must have length 1, not {lengths[where]:g}")
+    return np.asarray(vectors / lengths[..., None])
 
 
-def _direction_pairs(wo: ArrayLike, wi: ArrayLike) -> tuple[Array, Array]:
-    outgoing, incoming = _directions("wo", wo), _directions("wi", wi)
-    _check_rows("wi", incoming, "wo", outgoing)
-    return outgoing, incoming
+def _direction_pairs(wo: ArrayLike, wi: ArrayLike) -> tuple[Shape, tuple[Array, Array]]:
+    return _broadcast(wo=_directions("wo", wo), wi=_directions("wi", wi))
 
 
-def _check_rows(name: str, values: Array, other: str, expected: Array) -> None:
-    if len(values) != len(expected):
+def _broadcast(**arrays: Array) -> tuple[Shape, tuple[Array, Array]]:
+    """Return the shape that two arrays of vectors have together, and the rows of each in it."""
+    try:
+        shape = np.broadcast_shapes(*(each.shape[:-1] for each in arrays.values()))
+    except ValueError:
+        (first, one), (second, other) = arrays.items()
         raise ParameterError(
-            f"{name} must have as many rows as {other}, {len(expected)}, not {len(values)}"
-        )
+            f"{second} must broadcast with {first}, whose shape is {one.shape[:-1]}, but has the"
+            f" shape {other.shape[:-1]} (without the components)"
+        ) from None
+    wide = (np.broadcast_to(each, (*shape, each.shape[-1])) for each in arrays.values())
+    a, b = (each.reshape(-1, each.shape[-1]) for each in wide)
+    return shape, (a, b)
+
+
+def _shaped(rows: Array, shape: Shape, *components: int) -> Array:
+    shaped: Array = rows.reshape((*shape, *components))
+    return shaped

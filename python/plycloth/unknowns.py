@@ -75,6 +75,12 @@ NAMES = tuple(parameter.name for parameter in OPTICAL)
 _FIRST = dict(zip(NAMES, np.cumsum([0] + [len(p.parts) for p in OPTICAL[:-1]]), strict=True))
 
 
+def columns_of(field: str) -> slice:
+    """Return where the numbers of a field stand in a row of the core's parameters."""
+    first = int(_FIRST[field])
+    return slice(first, first + len(OPTICAL[NAMES.index(field)].parts))
+
+
 @dataclass(frozen=True)
 class Unknown:
     """One number that is looked for: where it stands, and for which yarns."""
@@ -86,7 +92,7 @@ class Unknown:
     @property
     def column(self) -> int:
         """Where the number stands in a row of the core's parameters."""
-        return int(_FIRST[self.parameter.name]) + self.part
+        return int(columns_of(self.parameter.name).start) + self.part
 
     @property
     def label(self) -> str:
@@ -167,10 +173,10 @@ def unknowns(
     if not isinstance(bounds, Mapping):
         raise TypeError(f"bounds must be a dict of names and ranges, not {bounds!r}")
     limits = {name: _limits(name, bounds[name]) for name in bounds}
-    wanted = list(NAMES) if free is None else _names(free)
+    wanted = list(NAMES) if free is None else name_list("free", free)
     found: list[Unknown] = []
     for name in wanted:
-        sets, field = _split(name, tie=tie)
+        sets, field = split_name(name, tie=tie)
         parameter = OPTICAL[NAMES.index(field)]
         low, high = limits.get(field, (parameter.low, parameter.high))
         parameter = replace(parameter, low=low, high=high)
@@ -182,15 +188,17 @@ def unknowns(
     return sorted(found, key=lambda u: (u.sets, u.column))
 
 
-def _names(free: object) -> list[str]:
-    if isinstance(free, Iterable) and not isinstance(free, str | bytes):
-        names = list(free)
-        if all(isinstance(name, str) for name in names):
-            return names
-    raise TypeError(f"free must be a list of names of parameters, not {free!r}")
+def name_list(argument: str, names: object) -> list[str]:
+    """Return names of parameters, seen to be texts."""
+    if isinstance(names, Iterable) and not isinstance(names, str | bytes):
+        found = list(names)
+        if all(isinstance(name, str) for name in found):
+            return found
+    raise TypeError(f"{argument} must be a list of names of parameters, not {names!r}")
 
 
-def _split(name: str, *, tie: bool) -> tuple[tuple[int, ...], str]:
+def split_name(name: str, *, tie: bool = False) -> tuple[tuple[int, ...], str]:
+    """Return the sets and the field that "eta" (both sets) or "warp.base_color" stands for."""
     yarns, _, field = name.rpartition(".")
     known_name("a free parameter", field, NAMES)
     if not yarns:

@@ -1,6 +1,7 @@
 //! The one gate between Python and the core: releases the GIL, provides threads, watches for Ctrl-C,
 //! reports progress, maps errors.
 
+use std::any::Any;
 use std::sync::mpsc::{self, RecvTimeoutError};
 use std::thread;
 use std::time::Duration;
@@ -27,7 +28,7 @@ impl From<Error> for PyErr {
 
 /// Runs `work` without the GIL on `threads` threads (`None`: one per processor), while this one
 /// watches for signals and calls `progress(done)`; an exception from either stops the work and is
-/// raised once it has ended.
+/// raised once it has ended. A panic of the work is raised as a `RuntimeError`.
 ///
 /// The threads are made for this call: those of a pool kept from call to call would be missing in a
 /// forked process.
@@ -49,11 +50,11 @@ pub fn run<T: Send>(
             // An exclusive borrow: a receiver may be sent to another thread, but not shared.
             let receive = &mut receive;
             match py.detach(move || receive.recv_timeout(WATCH_INTERVAL)) {
-                Ok(result) => break result,
+                Ok(result) => break result.map_err(PyErr::from),
                 Err(RecvTimeoutError::Timeout) => {}
                 // The sender is gone without an answer: the worker panicked.
                 Err(RecvTimeoutError::Disconnected) => match worker.join() {
-                    Err(panic) => std::panic::resume_unwind(panic),
+                    Err(panic) => break Err(fault(panic.as_ref())),
                     Ok(()) => unreachable!("a worker that ends well has sent its result"),
                 },
             }
@@ -67,8 +68,15 @@ pub fn run<T: Send>(
     });
     match interruption {
         Some(error) => Err(error),
-        None => Ok(result?),
+        None => result,
     }
+}
+
+/// The exception for a panic. Not PyO3's own, which no `except Exception` catches.
+fn fault(panic: &(dyn Any + Send)) -> PyErr {
+    let text = panic.downcast_ref::<String>().map(String::as_str);
+    let text = text.or(panic.downcast_ref::<&str>().copied()).unwrap_or("no message");
+    PyRuntimeError::new_err(format!("a fault inside plycloth, please report it: {text}"))
 }
 
 fn on_threads<T: Send>(

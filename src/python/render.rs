@@ -1,7 +1,7 @@
 //! Scenes, pictures and recorded paths.
 
 use numpy::ndarray::Array3;
-use numpy::{IntoPyArray, PyArray2, PyArray3};
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyArray3, PyReadonlyArray1};
 use pyo3::prelude::*;
 
 use super::clearance;
@@ -13,7 +13,7 @@ use crate::error::Result;
 use crate::math::color::Rgb;
 use crate::math::rng::Sampler;
 use crate::render::cells::Cells;
-use crate::render::driver::{Film, Pixel};
+use crate::render::driver::Film;
 use crate::render::light::Lights;
 use crate::render::path::PathLimits;
 use crate::render::scene::Scene;
@@ -98,9 +98,15 @@ impl CompiledScene {
     }
 }
 
+/// Means and variances of a picture.
+type Picture<'py> = (Bound<'py, PyArray3<f32>>, Bound<'py, PyArray3<f32>>);
+
 /// A picture in the making.
-#[pyclass(module = "plycloth._plycloth")]
-pub struct CompiledFilm(Film);
+#[pyclass(frozen, module = "plycloth._plycloth")]
+pub struct CompiledFilm {
+    film: Film,
+    resolution: [usize; 2],
+}
 
 #[pymethods]
 impl CompiledFilm {
@@ -112,54 +118,58 @@ impl CompiledFilm {
         max_depth: Option<u32>,
         both_sides: bool,
     ) -> Result<Self> {
-        Ok(Self(Film::new(&scene.scene, seed, limits(max_depth, both_sides, 0.0))?))
+        let film = Film::new(&scene.scene, seed, limits(max_depth, both_sides, 0.0))?;
+        Ok(Self { film, resolution: scene.scene.camera.resolution })
     }
 
     #[pyo3(signature = (scene, spp, threads=None, progress=None))]
     fn run(
-        &mut self,
+        &self,
         py: Python<'_>,
         scene: &CompiledScene,
         spp: u32,
         threads: Option<usize>,
         progress: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<()> {
-        let (film, scene) = (&mut self.0, &scene.scene);
-        gate::run(py, threads, progress, |control| film.run(scene, spp, control))
+        gate::run(py, threads, progress, |control| self.film.run(&scene.scene, spp, control))
     }
 
-    /// The mean of the samples, H x W x 3.
-    fn pixels<'py>(&self, py: Python<'py>, scene: &CompiledScene) -> Bound<'py, PyArray3<f32>> {
-        self.array(py, scene, Pixel::mean)
+    /// The means of the samples and the variances of these means, H x W x 3 each.
+    fn image<'py>(&self, py: Python<'py>) -> PyResult<Picture<'py>> {
+        let [width, height] = self.resolution;
+        let [means, variances] = py.detach(|| self.film.image())?;
+        let array = |values| {
+            let array = Array3::from_shape_vec((height, width, 3), values);
+            array.expect("a film has a pixel for each place").into_pyarray(py)
+        };
+        Ok((array(means), array(variances)))
     }
 
-    /// The variance of the mean, H x W x 3.
-    fn variance<'py>(&self, py: Python<'py>, scene: &CompiledScene) -> Bound<'py, PyArray3<f32>> {
-        self.array(py, scene, Pixel::variance)
-    }
-
+    /// Samples that every pixel has at least.
     #[getter]
-    fn samples(&self) -> u32 {
-        self.0.target()
+    fn samples(&self, py: Python<'_>) -> u64 {
+        py.detach(|| self.film.samples())
     }
 
     /// How many samples a run of `spp` would take: those of a run that was stopped, too.
-    fn remaining(&self, spp: u32) -> u64 {
-        self.0.remaining(spp)
+    fn remaining(&self, py: Python<'_>, spp: u32) -> u64 {
+        py.detach(|| self.film.remaining(spp))
     }
-}
 
-impl CompiledFilm {
-    fn array<'py>(
-        &self,
-        py: Python<'py>,
-        scene: &CompiledScene,
-        value: impl Fn(&Pixel) -> Rgb,
-    ) -> Bound<'py, PyArray3<f32>> {
-        let [width, height] = scene.scene.camera.resolution;
-        let values = self.0.pixels().iter().flat_map(|pixel| value(pixel).as_vec3().to_array());
-        let array = Array3::from_shape_vec((height, width, 3), values.collect());
-        array.expect("a film has a pixel for each place").into_pyarray(py)
+    /// Samples per pixel asked for so far, and all that was gathered.
+    fn state<'py>(&self, py: Python<'py>) -> PyResult<(u32, Bound<'py, PyArray1<u32>>)> {
+        let words = py.detach(|| self.film.words())?;
+        Ok((self.film.target(), words.into_pyarray(py)))
+    }
+
+    /// Takes over what a film of the same scene and seed had gathered.
+    fn restore(&self, target: u32, words: PyReadonlyArray1<'_, u32>) -> PyResult<()> {
+        Ok(self.film.restore(target, words.as_slice()?)?)
+    }
+
+    /// Adds what a film of the same scene, but another seed, has gathered.
+    fn merge(&self, words: PyReadonlyArray1<'_, u32>) -> PyResult<()> {
+        Ok(self.film.merge(words.as_slice()?)?)
     }
 }
 

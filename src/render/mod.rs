@@ -6,5 +6,6 @@ pub mod cells;
 pub mod driver;
 pub mod light;
 pub mod path;
+pub mod pixel;
 pub mod scene;
 pub mod tape;

@@ -120,10 +120,19 @@ pub fn mean_radiance(scene: &Scene, spp: u32, max_depth: u32) -> (Rgb, Rgb) {
         both_sides: false,
         lobe_floor: 0.0,
     };
-    let mut film = Film::new(scene, 1, limits).unwrap();
+    let film = Film::new(scene, 1, limits).unwrap();
     film.run(scene, spp, &Control::default()).unwrap();
-    let n = film.pixels().len() as f64;
-    let mean = film.pixels().iter().map(|pixel| pixel.mean()).sum::<Rgb>() / n;
-    let variance = film.pixels().iter().map(|pixel| pixel.variance()).sum::<Rgb>() / (n * n);
+    let [means, variances] = film.image().unwrap().map(pixels);
+    let n = means.len() as f64;
+    let mean = means.into_iter().sum::<Rgb>() / n;
+    let variance = variances.into_iter().sum::<Rgb>() / (n * n);
     (mean, variance.map(f64::sqrt))
+}
+
+/// Values of three channels each, as colours.
+pub fn pixels(values: Vec<f32>) -> Vec<Rgb> {
+    values
+        .chunks_exact(3)
+        .map(|value| Rgb::from_array([0, 1, 2].map(|c| value[c].into())))
+        .collect()
 }
