@@ -1,6 +1,9 @@
 """A colour profile written by hand, byte by byte, as ICC.1:2010 has it."""
 
 import struct
+from itertools import product
+
+import numpy as np
 
 # Red, green and blue of Adobe RGB (1998), adapted to D50, as its own profile has them.
 ADOBE_RGB = (
@@ -33,14 +36,33 @@ def grey_profile(gamma):
     )
 
 
-def _file(space, tags):
+def ink_profile():
+    """A profile for four inks: a table of colours with nine amounts of each."""
+    lab = b"".join(
+        bytes(
+            [
+                round(255 * (1 - black) * (1 - 0.3 * cyan - 0.35 * magenta - 0.1 * yellow)),
+                128 + round((30 * magenta - 20 * cyan) * (1 - black)),
+                128 + round((30 * yellow - 20 * cyan) * (1 - black)),
+            ]
+        )
+        for cyan, magenta, yellow, black in product(np.linspace(0, 1, 9), repeat=4)
+    )
+    matrix = b"".join(_fixed(value) for value in (1, 0, 0, 0, 1, 0, 0, 0, 1))
+    straight = bytes(range(256))
+    table = b"mft1" + bytes(4) + bytes([4, 3, 9, 0]) + matrix + 4 * straight + lab + 3 * straight
+    tags = {b"wtpt": _xyz(D50), b"desc": _description("inks"), b"A2B0": table}
+    return _file(b"CMYK", tags | {b"cprt": b"text" + bytes(4) + b"\0"}, b"prtr", b"Lab ")
+
+
+def _file(space, tags, device=b"mntr", connection=b"XYZ "):
     table, body = b"", b""
     start = 128 + 4 + 12 * len(tags)
     for name, content in tags.items():
         content += bytes(-len(content) % 4)
         table += name + struct.pack(">II", start + len(body), len(content))
         body += content
-    head = struct.pack(">I4sI4s4s4s", 0, bytes(4), 0x02400000, b"mntr", space, b"XYZ ")
+    head = struct.pack(">I4sI4s4s4s", 0, bytes(4), 0x02400000, device, space, connection)
     head += struct.pack(">6H", 2020, 1, 1, 0, 0, 0) + b"acsp" + bytes(24) + bytes(4)
     head += b"".join(_fixed(value) for value in D50)
     head += bytes(128 - len(head))

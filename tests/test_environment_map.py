@@ -28,7 +28,7 @@ def test_values_that_are_no_radiance_are_replaced_with_one_warning(tmp_path):
         light = pc.EnvironmentLight.load(file)
     assert [str(each.message) for each in caught] == [
         f"{file}: 6 of 96 values are no radiance: 3 negative, down to -inf (now 0), "
-        "2 infinite or above 1e15 (now 7), 1 NaN (now 0)"
+        "2 above 1e15, up to inf (now 7), 1 NaN (now 0)"
     ]
     expected = odd_pixels()
     expected[0, 0], expected[1, 1], expected[2, 2, 0] = [0, 0, 7], [7, 0, 0], 7

@@ -5,9 +5,10 @@ import zlib
 import numpy as np
 import plycloth as pc
 import pytest
-from icc import grey_profile, profile
+from icc import grey_profile, ink_profile, profile
 from PIL import Image as PilImage
 from PIL import ImageCms
+from PIL.PngImagePlugin import PngInfo
 from plycloth import datasets
 from plycloth._color import decode, encode
 
@@ -103,6 +104,17 @@ def test_16_bits_follow_the_srgb_curve(tmp_path):
     assert pc.read_image(tmp_path / "a.png").pixels == pytest.approx(decode(codes / 65535))
 
 
+@pytest.mark.parametrize(("exponent", "gamma"), [(1.0, 1.0), (0.55556, 1.8), (0.45455, None)])
+def test_a_png_may_name_its_gamma(tmp_path, exponent, gamma):
+    named = PngInfo()
+    named.add(b"gAMA", round(exponent * 100_000).to_bytes(4, "big"))
+    PilImage.fromarray(CODES).save(tmp_path / "a.png", pnginfo=named)
+    read = pc.read_image(tmp_path / "a.png").pixels
+    assert read == pytest.approx(decode(CODES / 255, gamma), abs=1e-4)
+    asked = pc.read_image(tmp_path / "a.png", gamma=2.2).pixels
+    assert asked == pytest.approx(decode(CODES / 255, 2.2), abs=1e-6)
+
+
 def test_a_tiff_of_floats_is_linear(tmp_path):
     light = np.array([[[-0.5, 0.25, 70.0]]], np.float32)
     (tmp_path / "a.tif").write_bytes(tiff(light, sample_format=3))
@@ -178,10 +190,25 @@ def test_grey_has_a_profile_too(tmp_path):
     )
 
 
+def test_inks_have_a_profile_too(tmp_path):
+    inks = PilImage.fromarray(RNG.integers(0, 256, (8, 8, 4), np.uint8), mode="CMYK")
+    inks.save(tmp_path / "a.tif", icc_profile=ink_profile())
+    own = ImageCms.ImageCmsProfile(io.BytesIO(ink_profile()))
+    srgb = ImageCms.createProfile("sRGB")
+    expected = ImageCms.profileToProfile(inks, own, srgb, outputMode="RGB")
+    read = encode(pc.read_image(tmp_path / "a.tif").pixels)
+    assert read == pytest.approx(np.asarray(expected) / 255, abs=1e-6)
+    inks.save(tmp_path / "a.tif", icc_profile=profile())
+    with pytest.warns(pc.ImageWarning, match=r"a\.tif: its colour profile is of no use"):
+        pc.read_image(tmp_path / "a.tif")
+
+
 @pytest.mark.parametrize("icc", [b"no profile at all", grey_profile(1.0)])
 def test_a_profile_of_no_use_warns(tmp_path, icc):
     PilImage.fromarray(CODES).save(tmp_path / "a.png", icc_profile=icc)
-    with pytest.warns(pc.ImageWarning, match=r"a\.png: its colours are taken as sRGB: profile"):
+    with pytest.warns(
+        pc.ImageWarning, match=r"a\.png: its colour profile is of no use .*: profile"
+    ):
         read = pc.read_image(tmp_path / "a.png")
     assert read.pixels == pytest.approx(decode(CODES / 255), abs=1e-7)
 

@@ -68,10 +68,18 @@ def test_the_core_takes_no_look_alikes(given, message):
         _plycloth.CompiledScene(given)
 
 
-def test_kinds_that_extend_known_ones_are_those():
-    class Sun(pc.DirectionalLight):
-        pass
+class Sun(pc.DirectionalLight):
+    pass
 
+
+def test_what_could_not_be_loaded_is_not_saved(tmp_path):
+    scene = pc.Scene(SCENE.swatch, SCENE.camera, [Sun((0, 0, -1), 1.0)])
+    with pytest.raises(TypeError, match=r"save takes one of .*, not a value of type Sun"):
+        pc.save(scene, tmp_path / "scene.json")
+    assert not list(tmp_path.iterdir())
+
+
+def test_kinds_that_extend_known_ones_are_those():
     suns = pc.Scene(SCENE.swatch, SCENE.camera, [Sun((0, 0, -1), 1.0)])
     plain = pc.Scene(SCENE.swatch, SCENE.camera, [pc.DirectionalLight((0, 0, -1), 1.0)])
     assert np.array_equal(pc.render(suns, spp=1), pc.render(plain, spp=1))

@@ -56,7 +56,8 @@ def read_environment_map(path: PathOrStr) -> EnvironmentMap:
     if negative.any():
         faults.append(f"{negative.sum()} negative, down to {pixels[negative].min():g} (now 0)")
     if bright.any():
-        faults.append(f"{bright.sum()} infinite or above 1e15 (now {brightest:g})")
+        highest = pixels[bright].max()
+        faults.append(f"{bright.sum()} above 1e15, up to {highest:g} (now {brightest:g})")
     if missing.any():
         faults.append(f"{missing.sum()} NaN (now 0)")
     replaced = (

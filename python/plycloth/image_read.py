@@ -25,10 +25,10 @@ def read_image(path: PathOrStr, gamma: float | None = None, *, layer: str | None
     path : path
         - ``.png``, ``.tif``, ``.tiff`` (8 or 16 bit; a TIFF of floats holds linear light),
           ``.jpg``, ``.jpeg``, ``.webp``, and with the package pillow-heif ``.heic`` and ``.heif``.
-          An embedded ICC profile is applied; colours outside sRGB are clipped to it. A photograph
-          that its camera marked as rotated is turned upright.
-        - ``.exr``, any compression, flat, not subsampled. Chromaticities that the file names are
-          converted, and so are luminance and chroma.
+          An embedded ICC profile is applied; colours outside sRGB are clipped to it. Without one
+          a PNG's own gamma is. A photograph that its camera marked as rotated is turned upright.
+        - ``.exr``, flat, not subsampled, any compression but HTJ2K. Chromaticities that the file
+          names are converted, and so are luminance and chroma.
         - ``.hdr`` (Radiance), before any exposure that its header names.
 
         Alpha is left out.
@@ -94,6 +94,7 @@ def _exr(data: bytes, path: PathOrStr, layer: str | None) -> npt.NDArray[np.floa
 def _light(stored: Codes, gamma: float | None) -> npt.NDArray[np.float32]:
     if stored.is_linear:
         return stored.values.astype(np.float32)
+    gamma = stored.gamma if gamma is None else gamma
     if stored.values.dtype != np.uint8:
         return decode(stored.values, gamma).astype(np.float32)
     of_code = decode(np.arange(256) / 255, gamma).astype(np.float32)

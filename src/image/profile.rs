@@ -16,8 +16,8 @@ const SRGB_ROUNDING: f32 = 0.25 / 255.0;
 
 /// The codes of sRGB, three per pixel in [0, 1], that look as `codes` do by an ICC profile.
 ///
-/// `codes` are in [0, 1], with `channels` per pixel: 1 (grey), 3 (RGB) or 4 (CMYK). Colours that sRGB
-/// cannot show are clipped.
+/// `codes` are in [0, 1], with `channels` per pixel: 1 (grey) or 3 (RGB). Colours that sRGB cannot
+/// show are clipped.
 pub fn to_srgb(codes: &[f32], channels: usize, icc: &[u8]) -> Result<Vec<f32>> {
     let profile = ColorProfile::new_from_slice(icc)
         .map_err(|error| Error::invalid("profile", format!("cannot be read: {error}")))?;
@@ -30,7 +30,6 @@ pub fn to_srgb(codes: &[f32], channels: usize, icc: &[u8]) -> Result<Vec<f32>> {
             let triples: Vec<f32> = codes.iter().flat_map(|&code| [code; 3]).collect();
             to_srgb(&triples, 3, icc)
         }
-        (DataColorSpace::Cmyk, 4) => transformed(codes, &profile, Layout::Rgba),
         (space, _) => {
             let problem = format!("is for {space:?}, but the picture has {channels} channels");
             Err(Error::invalid("profile", problem))

@@ -65,7 +65,7 @@ pub fn decode_codes<'py>(
     Ok((pixels, codes.is_float))
 }
 
-/// Codes of sRGB (height x width x 3) for codes of 1, 3 or 4 channels with an ICC profile.
+/// Codes of sRGB (height x width x 3) for codes of 1 or 3 channels with an ICC profile.
 #[pyfunction]
 pub fn to_srgb<'py>(
     py: Python<'py>,
