@@ -95,8 +95,11 @@ def _light(stored: Codes, gamma: float | None) -> npt.NDArray[np.float32]:
     if stored.is_linear:
         return stored.values.astype(np.float32)
     gamma = stored.gamma if gamma is None else gamma
-    if stored.values.dtype != np.uint8:
-        return decode(stored.values, gamma).astype(np.float32)
-    of_code = decode(np.arange(256) / 255, gamma).astype(np.float32)
-    light: npt.NDArray[np.float32] = of_code[stored.values]
+    if stored.values.dtype == np.uint8:
+        of_code = decode(np.arange(256) / 255, gamma).astype(np.float32)
+        return np.take(of_code, stored.values)
+    light = np.empty(stored.values.shape, np.float32)
+    # Row by row: in double precision the whole takes many times its memory.
+    for row, codes in zip(light, stored.values, strict=True):
+        row[:] = decode(codes, gamma)
     return light
