@@ -8,6 +8,7 @@ import numpy as np
 import plycloth as pc
 import pytest
 from fits import SmallPhotoFit
+from PIL import Image as PillowImage
 from plycloth import cli
 from plycloth.cli import main
 
@@ -177,7 +178,7 @@ BROKEN = "[WIF]\nVersion=1.1\n[WEAVING]\nShafts=two\n"
 
 RENDERS = [
     (["none.wif", "-o", "out.png"], "none.wif: No such file"),
-    (["draft.wif", "-o", "out.jpg"], "out.jpg: must end in one of .exr, .png"),
+    (["draft.wif", "-o", "out.gif"], "out.gif: must end in one of .exr, .png, .tif"),
     (["draft.wif", "-o", "out"], "out: must end in one of .exr, .png"),
     (["draft.wif", "-o", "nowhere/out.png"], "there is no folder nowhere"),
     (["broken.wif", "-o", "out.png"], "broken.wif"),
@@ -189,6 +190,8 @@ RENDERS = [
     (["draft.wif", "-o", "out.png", "--size-mm", "1", "nan"], "size_mm"),
     (["draft.wif", "-o", "out.png", "--seed", "-1"], "seed"),
     (["draft.wif", "-o", "out.png", "--threads", "0"], "threads"),
+    (["draft.wif", "-o", "out.png", "--dpi", "0"], "--dpi must be in [1, 65535], not 0.0"),
+    (["draft.wif", "-o", "out.png", "--light", "none.hdr"], "none.hdr: No such file"),
 ]
 
 
@@ -207,6 +210,7 @@ FITS = [
     (["none.png", "b.png", "-o", "out"], "none.png: No such file"),
     (["draft.wif", "b.png", "-o", "out"], "draft.wif: has the suffix '.wif'"),
     (["text.png", "b.png", "-o", "out"], "text.png: not a readable picture"),
+    (["a.png", "b.png", "-o", "out", "--dpi", "nan"], "--dpi must be in [1, 65535], not nan"),
     (["a.png", "b.png", "-o", "a.png"], "a.png: is a file, but must be a folder"),
     (["a.png", "b.png", "-o", "out", "--draft", "none.wif"], "none.wif: No such file"),
 ]
@@ -272,3 +276,18 @@ def test_the_search_takes_what_is_chosen():
 
     taken = inspect.signature(fit_photographs).parameters
     assert {"seed", "tie", "threads", "pattern", "progress"} <= set(taken)
+
+
+def test_a_resolution_is_noted_in_the_picture(draft, tmp_path):
+    given = ["render", str(draft), *SMALL, "-o"]
+    for name in ("a.png", "a.tif", "a.jpg"):
+        assert main([*given, str(tmp_path / name), "--dpi", "300"]) == 0
+        with PillowImage.open(tmp_path / name) as stored:
+            assert stored.info["dpi"] == pytest.approx((300, 300), abs=0.01)
+
+
+def test_a_resolution_is_noted_in_the_pictures_of_a_fit(photographs, fits, tmp_path):
+    output = tmp_path / "out"
+    assert main(["fit", *map(str, photographs), "-o", str(output), "--quiet", "--dpi", "254"]) == 0
+    with PillowImage.open(output / "front.png") as stored:
+        assert stored.info["dpi"] == pytest.approx((254, 254), abs=0.01)

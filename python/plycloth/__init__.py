@@ -12,7 +12,9 @@ from plycloth.fabric import Fabric
 from plycloth.fit import fit
 from plycloth.fit_result import FitResult
 from plycloth.gradient import value_and_gradient
-from plycloth.image import Image, ImageError, ImageWarning, read_image
+from plycloth.image import Image
+from plycloth.image_file import ImageError, ImageWarning
+from plycloth.image_read import read_image
 from plycloth.lens import Lens
 from plycloth.light import (
     ConstantLight,

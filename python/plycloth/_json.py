@@ -75,10 +75,7 @@ def save(value: Description | WeavePattern, path: str | PathLike[str]) -> None:
         If the file cannot be written.
     """
     path = Path(path)
-    if type(value).__name__ not in _KINDS:
-        raise TypeError(
-            f"save takes one of {', '.join(_KINDS)}, not a value of type {type(value).__name__}"
-        )
+    _check_kind(value)
     document = {"plycloth": FORMAT, **_encode(value, path.parent)}
     path.write_text(_layout(document) + "\n", encoding="utf-8")
 
@@ -104,6 +101,15 @@ def load_as(kind: type[T], path: str | PathLike[str]) -> T:
     return value
 
 
+def _check_kind(value: Any) -> None:
+    """See that `load` will know the type: a class that extends a known one is not known itself."""
+    kind = type(value)
+    if _KINDS.get(kind.__name__) is not kind:
+        raise TypeError(
+            f"save takes one of {', '.join(_KINDS)}, not a value of type {kind.__name__}"
+        )
+
+
 def _encode(value: Any, folder: Path) -> Any:
     if isinstance(value, WeavePattern):
         return {"type": "WeavePattern", "rows": _encode_rows(value.warp_up)}
@@ -120,6 +126,7 @@ def _encode(value: Any, folder: Path) -> Any:
 
 
 def _encode_fields(value: Description, folder: Path) -> dict[str, Any]:
+    _check_kind(value)
     content = {name: _encode(getattr(value, name), folder) for name in _keys(type(value))}
     return {"type": type(value).__name__, **content}
 

@@ -14,7 +14,9 @@ from plycloth._json import load, load_as
 from plycloth._plycloth import __version__
 from plycloth.draft import Draft
 from plycloth.fabric import Fabric, default_yarn
-from plycloth.image import WRITABLE, Image, ImageError, read_image
+from plycloth.image_file import READABLE, WRITABLE, ImageError
+from plycloth.image_read import read_photograph
+from plycloth.image_write import checked_dpi
 from plycloth.light import EnvironmentLight, Light
 from plycloth.overview import LIGHTINGS, overview
 from plycloth.page import Page
@@ -90,7 +92,7 @@ def _add_render(commands: Any) -> None:
         metavar="FILE",
         type=Path,
         required=True,
-        help=".png (sRGB, 8 bit) or .exr (linear, 32 bit)",
+        help=".png, .tif or .jpg (sRGB, 8 bit) or .exr (linear, 32 bit)",
     )
     add("--spp", type=int, default=32, help="samples per pixel (default: %(default)s)")
     add(
@@ -121,8 +123,9 @@ def _add_render(commands: Any) -> None:
         "--light",
         default="day",
         metavar="NAME",
-        help=f"{', '.join(LIGHTINGS)}, or an environment map .exr (default: %(default)s)",
+        help=f"{', '.join(LIGHTINGS)}, or an environment map (.exr, .hdr) (default: %(default)s)",
     )
+    _add_dpi(command)
     _add_common(command)  # fmt: skip
 
 
@@ -158,7 +161,14 @@ def _add_fit(commands: Any) -> None:
         type=Path,
         help="the weave, if it is known (default: looked for)",
     )
+    _add_dpi(command)
     _add_common(command)  # fmt: skip
+
+
+def _add_dpi(command: argparse.ArgumentParser) -> None:
+    command.add_argument(
+        "--dpi", type=float, help="resolution to note in the pictures, pixels per inch"
+    )
 
 
 def _add_common(command: argparse.ArgumentParser) -> None:
@@ -170,6 +180,7 @@ def _add_common(command: argparse.ArgumentParser) -> None:
 
 def _render(options: argparse.Namespace) -> None:
     _check_output(options.output)
+    checked_dpi("--dpi", options.dpi)
     scene, shown = _scene(options)
     image = render(
         scene,
@@ -178,7 +189,7 @@ def _render(options: argparse.Namespace) -> None:
         threads=options.threads,
         progress=_progress(options),
     )
-    image.save(options.output)
+    image.save(options.output, dpi=options.dpi)
     _say(options, f"{options.output}: {image.width} x {image.height} pixels of {shown}")
 
 
@@ -210,9 +221,10 @@ def _scene(options: argparse.Namespace) -> tuple[Scene, str]:
 
 
 def _fit(options: argparse.Namespace) -> None:
+    checked_dpi("--dpi", options.dpi)
     rig = RIG if options.rig is None else load_as(PhotoRig, options.rig)
     given = (options.front, options.back)
-    photographs = [_photograph(path, rig.gamma) for path in given]
+    photographs = [read_photograph(path, rig.gamma) for path in given]
     _check_folder(options.output, given)
     from plycloth.photo_fit import fit_photographs
 
@@ -225,16 +237,17 @@ def _fit(options: argparse.Namespace) -> None:
     page = Page(f"Fabric of {options.front.name} and {options.back.name}")
     page.text(f"The geometry that fits best: {found.geometry}.")
     save_fit(
-        options.output, page, found.result, comparisons, record=found.summary(), gamma=rig.gamma
+        options.output,
+        page,
+        found.result,
+        comparisons,
+        record=found.summary(),
+        gamma=rig.gamma,
+        dpi=options.dpi,
     )
     errors = zip(SIDES, found.result.errors, strict=True)
     summary = ", ".join(f"{side} {error:.1%}" for side, error in errors)
     _say(options, f"{options.output / 'index.html'}: relative errors {summary}")
-
-
-def _photograph(path: Path, gamma: float) -> Image:
-    """Read a photograph; one in an EXR is linear already."""
-    return read_image(path, None if path.suffix.lower() == ".exr" else gamma)
 
 
 def _check_folder(folder: Path, photographs: Sequence[Path]) -> None:
@@ -272,7 +285,7 @@ def _scaled_preset(name: str, draft: Draft) -> RoundYarn:
 
 def _light(name: str) -> str | tuple[Light, ...]:
     """Return the name of a lighting, or the light of an environment map."""
-    if Path(name).suffix.lower() == ".exr":
+    if Path(name).suffix.lower() in READABLE:
         return (EnvironmentLight.load(name),)
     return name
 

@@ -1,36 +1,19 @@
-"""Pictures in linear light: read, write, show and compare them."""
+"""Pictures in linear light: hold, write, show and compare them."""
 
-import io
-import warnings
 from dataclasses import dataclass
-from os import PathLike, fspath
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
-from PIL import Image as PilImage
-from PIL import ImageOps
 
-from plycloth import _plycloth
-from plycloth._check import nearest
-from plycloth._color import decode, to_codes
 from plycloth._image_values import ImageValues
+from plycloth.image_file import WRITABLE, PathOrStr, checked_suffix
+from plycloth.image_write import encode_file
 
-PathOrStr = str | PathLike[str]
 FloatArray = npt.NDArray[np.floating]
 
-WRITABLE = (".exr", ".png")
-READABLE = (".exr", ".png", ".jpg", ".jpeg")
 # Shown in place of NaN where a picture must not fail: a colour that cloth does not have.
 NAN_COLOR = (1.0, 0.0, 1.0)
-
-
-class ImageError(ValueError):
-    """A file that is not a picture, or a picture that cannot be written."""
-
-
-class ImageWarning(UserWarning):
-    """A picture was read, but not as precisely as the file has it."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -125,34 +108,35 @@ class Image(ImageValues):
         with_variance = "" if self.variance is None else ", with variance"
         return f"<Image {self.width} x {self.height}, mean {self.pixels.mean():.4g}{with_variance}>"
 
-    def save(self, path: PathOrStr, *, gamma: float | None = None) -> None:
+    def save(
+        self, path: PathOrStr, *, gamma: float | None = None, dpi: float | None = None
+    ) -> None:
         """Write the picture to a file.
 
         Parameters
         ----------
         path : path
-            Ends in ``.exr`` (linear 32-bit floats, without loss) or ``.png`` (8 bit per channel;
-            values outside [0, 1] are clipped).
+            Ends in ``.exr`` (linear 32-bit floats, without loss), or in ``.png``, ``.tif``,
+            ``.tiff``, ``.jpg`` or ``.jpeg`` (8 bit per channel; values outside [0, 1] are
+            clipped).
         gamma : float, optional
-            PNG only: encode by ``value ** (1 / gamma)`` in place of the sRGB curve.
+            For all but EXR: encode by ``value ** (1 / gamma)`` in place of the sRGB curve.
+        dpi : float, optional
+            Resolution to note in the file, pixels per inch, in [1, 65535]; JPEG rounds it to a
+            whole number, PNG to pixels per metre. None: the file says nothing of it.
 
         Raises
         ------
         ImageError
-            On another suffix, or NaN on the way to a PNG.
+            On another suffix, NaN on the way to anything but an EXR, or a picture too large for
+            its format.
         ValueError
-            On a gamma that is not positive, or one for an EXR.
+            On a gamma that is not positive, or one for an EXR; on a resolution out of range.
         OSError
             When the file cannot be written.
         """
-        suffix = _checked_suffix(path, WRITABLE)
-        if suffix == ".png":
-            data = self.to_png(gamma)
-        elif gamma is not None:
-            raise ValueError("gamma: is for PNG only; an EXR holds linear light")
-        else:
-            data = _plycloth.encode_exr(self.pixels)
-        Path(path).write_bytes(data)
+        suffix = checked_suffix(path, WRITABLE)
+        Path(path).write_bytes(encode_file(self.pixels, suffix, gamma, dpi))
 
     def z_scores(self, other: "Image") -> npt.NDArray[np.float64]:
         """How many standard deviations lie between two independent renders, value by value.
@@ -195,97 +179,14 @@ class Image(ImageValues):
         ValueError
             On a gamma that is not positive.
         """
-        missing = np.count_nonzero(np.isnan(self.pixels).any(axis=2))
-        if missing:
-            raise ImageError(
-                f"pixels: {missing} of {self.width * self.height} are NaN, which a PNG cannot "
-                "hold; save them as .exr to look into it"
-            )
-        codes = to_codes(self.pixels, gamma)
-        data = io.BytesIO()
-        PilImage.fromarray(codes).save(data, format="png")
-        return data.getvalue()
+        return encode_file(self.pixels, ".png", gamma, None)
 
     def _repr_png_(self) -> bytes:
         missing = np.isnan(self.pixels).any(axis=2, keepdims=True)
         return Image(np.where(missing, np.array(NAN_COLOR, np.float32), self.pixels)).to_png()
 
 
-def read_image(path: PathOrStr, gamma: float | None = None) -> Image:
-    """Read a picture file as linear light.
-
-    Parameters
-    ----------
-    path : path
-        ``.png``, ``.jpg``, ``.jpeg`` (8 bit, or 16 bit grey) or ``.exr`` (any compression). Alpha
-        is left out; a photograph that its camera marked as rotated is turned upright.
-    gamma : float, optional
-        For all but EXR, which is linear already: decode by ``code ** gamma`` in place of the sRGB
-        curve.
-
-    Raises
-    ------
-    OSError
-        When the file cannot be read: FileNotFoundError, IsADirectoryError, PermissionError.
-    ImageError
-        On another suffix, or a file that is not such a picture.
-    ValueError
-        On a gamma that is not positive, or one for an EXR.
-
-    Warns
-    -----
-    ImageWarning
-        On a PNG with 16 bits per colour channel, of which the upper 8 are read.
-    """
-    suffix = _checked_suffix(path, READABLE)
-    data = Path(path).read_bytes()
-    if suffix != ".exr":
-        return Image(decode(_codes(data, path), gamma).astype(np.float32))
-    if gamma is not None:
-        raise ValueError("gamma: is for PNG and JPEG only; an EXR holds linear light")
-    try:
-        return Image(_plycloth.decode_exr(data))
-    except ValueError as error:
-        raise ImageError(f"{fspath(path)}: {error}") from error
-
-
-def _codes(data: bytes, path: PathOrStr) -> npt.NDArray[np.float64]:
-    try:
-        with PilImage.open(io.BytesIO(data)) as stored:
-            picture = ImageOps.exif_transpose(stored)
-            if picture.mode.startswith("I"):
-                grey = np.asarray(picture, dtype=np.float64) / 65535
-                return np.repeat(grey[:, :, None], 3, axis=2)
-            if stored.format == "PNG" and _png_bit_depth(data) == 16:
-                warnings.warn(
-                    f"{fspath(path)}: has 16 bits per colour channel, of which 8 are read; "
-                    "an EXR keeps them all",
-                    ImageWarning,
-                    stacklevel=3,
-                )
-            return np.asarray(picture.convert("RGB"), dtype=np.float64) / 255
-    except PilImage.DecompressionBombError as error:
-        raise ImageError(f"{fspath(path)}: has too many pixels: {error}") from error
-    except (OSError, SyntaxError) as error:
-        raise ImageError(f"{fspath(path)}: not a readable picture: {error}") from error
-
-
-def _png_bit_depth(data: bytes) -> int:
-    # PNG specification, 11.2.2: behind 8 bytes of signature, 8 of chunk head and two sizes of 4.
-    return data[24]
-
-
 def _owned(values: npt.ArrayLike) -> npt.NDArray[np.float32]:
     array = np.array(values, dtype=np.float32, order="C")
     array.flags.writeable = False
     return array
-
-
-def _checked_suffix(path: PathOrStr, valid: tuple[str, ...]) -> str:
-    suffix = Path(path).suffix.lower()
-    if suffix in valid:
-        return suffix
-    raise ImageError(
-        f"{fspath(path)}: has the suffix {suffix!r}, but must be one of {', '.join(valid)}; "
-        f"the nearest is {nearest(suffix, valid)}"
-    )

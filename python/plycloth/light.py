@@ -1,9 +1,10 @@
 """Lights. Colours are linear RGB; a single number stands for a grey."""
 
-from dataclasses import dataclass, field
+import warnings
+from dataclasses import dataclass, field, replace
 from os import PathLike, fspath
 from pathlib import Path
-from typing import Annotated, Any, Self
+from typing import Annotated, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -187,25 +188,33 @@ class EnvironmentLight(Description):
             If the file cannot be opened.
         ValueError
             If it holds no image.
+
+        Warns
+        -----
+        ImageWarning
+            If some of its values are no radiance: negative ones and NaN become 0, infinite ones
+            the brightest of the others.
         """
-        return cls(_read(path), scale, rotation, path=str(Path(fspath(path)).absolute()))
+        # Not needed by the descriptions themselves, which stay quick to import.
+        from plycloth.environment_map import read_environment_map
+        from plycloth.image_file import ImageWarning
+
+        read = read_environment_map(path)
+        if read.replaced is not None:
+            warnings.warn(ImageWarning(read.replaced), stacklevel=2)
+        return cls(read.pixels, scale, rotation, path=str(Path(fspath(path)).absolute()))
 
     def current_file(self) -> Path | None:
         """Return the file at `path` if it still holds this image, else None."""
+        from plycloth.environment_map import read_environment_map
+
         if self.path is None:
             return None
         try:
-            held = type(self)(_read(self.path), self.scale, self.rotation)
+            held = replace(self, image=read_environment_map(self.path).pixels)
         except (OSError, ValueError):
             return None
         return Path(self.path) if held == self else None
 
 
 Light = PointLight | DirectionalLight | RectangleLight | ConstantLight | EnvironmentLight
-
-
-def _read(path: str | PathLike[str]) -> NDArray[Any]:
-    # Not needed by the descriptions themselves, which stay quick to import.
-    from plycloth.image import read_image
-
-    return np.asarray(read_image(path))

@@ -5,12 +5,12 @@ diffuse round yarns have a counterpart there; the ply BSDF has none.
 """
 
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
-from plycloth._check import ParameterError
+from plycloth._check import ParameterError, instance
 from plycloth.bsdf import DiffuseBsdf
 from plycloth.camera import Camera, PerspectiveCamera
 from plycloth.curves import ply_curves
@@ -30,6 +30,9 @@ Plugin = dict[str, Any]
 
 # Mitsuba's word for paths that end by chance alone.
 UNLIMITED = -1
+
+_camera = instance(*get_args(Camera))
+_light = instance(*get_args(Light))
 
 
 def to_mitsuba(scene: Scene, folder: str | Path, *, max_depth: int | None = None) -> Plugin:
@@ -74,6 +77,7 @@ def to_mitsuba(scene: Scene, folder: str | Path, *, max_depth: int | None = None
 
 def camera(camera: Camera) -> Plugin:
     """Describe a camera: the same pixels see the same points."""
+    _camera("camera", camera)
     mi = _mitsuba()
     view = mi.ScalarTransform4f().look_at(camera.origin, camera.target, camera.up)
     distance = float(np.linalg.norm(np.subtract(camera.target, camera.origin)))
@@ -109,6 +113,7 @@ def light(light: Light) -> Plugin:
     Mitsuba interpolates between the pixels of an environment, which are constant here: the two
     agree to within half a pixel.
     """
+    _light("light", light)
     match light:
         case PointLight():
             return {"type": "point", "position": light.position, "intensity": _rgb(light.intensity)}

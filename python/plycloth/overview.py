@@ -9,7 +9,7 @@ from plycloth._check import ParameterError, integer, known_name
 from plycloth.camera import OrthographicCamera
 from plycloth.fabric import Fabric
 from plycloth.light import DirectionalLight, EnvironmentLight, Light
-from plycloth.scene import Scene, Swatch
+from plycloth.scene import Scene, Swatch, checked_lights
 
 # What reaches the cloth from sun and sky together. Half of what cloth does not absorb leaves on its
 # other side; the light makes up for it, so that colours come out about as bright as in the draft.
@@ -83,6 +83,8 @@ def overview(
     ------
     ParameterError
         If a value lies outside its range, or there is no such lighting.
+    TypeError
+        If `light` is neither a name nor lights.
     """
     swatch = Swatch(fabric, size_mm)
     width_mm, height_mm = swatch.extent_mm
@@ -97,7 +99,8 @@ def overview(
         width_mm=width_mm,
         resolution=(pixels, rows),
     )
-    return Scene(swatch, camera, lighting(light) if isinstance(light, str) else tuple(light))
+    lights = lighting(light) if isinstance(light, str) else checked_lights("light", light)
+    return Scene(swatch, camera, lights)
 
 
 def _default_width(swatch: Swatch) -> int:

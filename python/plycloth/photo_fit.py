@@ -8,7 +8,6 @@ import warnings
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from os import PathLike
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +15,8 @@ from numpy.typing import NDArray
 from plycloth._check import ParameterError, choice, integer, optional
 from plycloth.fabric import Fabric
 from plycloth.fit_result import FitResult
-from plycloth.image import Image, read_image
+from plycloth.image import Image
+from plycloth.image_read import read_photograph
 from plycloth.lens import Lens, matching_blur
 from plycloth.overlap import OverlapWarning
 from plycloth.photo_geometry import YARNS, Geometry, weaves
@@ -160,7 +160,7 @@ def fit_photographs(
     ----------
     front, back
         Photographs lit from the front and from behind: files (display values, decoded by the rig's
-        gamma; linear if EXR) or Images in linear light. One of them may be None.
+        gamma unless they hold linear light, as EXR does) or Images. One of them may be None.
     pattern
         The weave, if it is known; None: what the spectrum of the photograph suggests is tried.
     geometries
@@ -250,6 +250,5 @@ def _photo_fit(
 def _linear(photograph: Photograph, gamma: float) -> FloatArray:
     image = photograph
     if not isinstance(image, Image):
-        is_linear = Path(image).suffix.lower() == ".exr"
-        image = read_image(image, None if is_linear else gamma)
+        image = read_photograph(image, gamma)
     return image.pixels.astype(np.float64)

@@ -46,6 +46,7 @@ def save_fit(
     record: Mapping[str, Any] | None = None,
     hidden: Mapping[str, float] | None = None,
     gamma: float = GAMMA,
+    dpi: float | None = None,
 ) -> None:
     """Write what a fit found to a folder, which is made if it is not there.
 
@@ -69,6 +70,8 @@ def save_fit(
         The true value of each parameter by its label, where they are known.
     gamma
         That of the photographs.
+    dpi
+        Resolution to note in the PNGs, as `Image.save` does.
 
     Raises
     ------
@@ -82,7 +85,7 @@ def save_fit(
         record = fit_record(result, [each.name for each in comparisons], hidden)
     (folder / "fit.json").write_text(json.dumps(record, indent=2) + "\n", encoding="utf-8")
     for comparison in comparisons:
-        comparison.fitted.save(folder / f"{comparison.name}.png", gamma=gamma)
+        comparison.fitted.save(folder / f"{comparison.name}.png", gamma=gamma, dpi=dpi)
     candidates = record.get("candidates", ())
     add_fit(page, result, comparisons, candidates=candidates, hidden=hidden, gamma=gamma)
     page.save(folder / "index.html")

@@ -44,7 +44,8 @@ class Swatch(Description):
         return self.fabric.repeat_mm if self.size_mm is None else self.size_mm
 
 
-def _lights(name: str, value: Any) -> tuple[Light, ...]:
+def checked_lights(name: str, value: Any) -> tuple[Light, ...]:
+    """Check for one or more lights; stores a tuple."""
     if not isinstance(value, Sequence) or isinstance(value, str):
         raise TypeError(f"{name} must be a sequence of lights, not a {type(value).__name__}")
     if not value:
@@ -76,7 +77,7 @@ class Scene(Saved):
 
     swatch: Annotated[Swatch, instance(Swatch)]
     camera: AnyCamera
-    lights: Annotated[tuple[Light, ...], _lights]
+    lights: Annotated[tuple[Light, ...], checked_lights]
 
     def with_bsdfs(self, warp: PlyBsdf, weft: PlyBsdf) -> "Scene":
         """Return the same scene, but the yarns of warp and weft have these BSDFs."""

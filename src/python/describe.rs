@@ -8,6 +8,7 @@ use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3};
 use pyo3::prelude::*;
 use rayon::prelude::*;
 
+use super::kind::one_of;
 use crate::cloth::spec::{ClothSpec, YarnShape, YarnSpec};
 use crate::control::Control;
 use crate::error::{Error, Result};
@@ -76,13 +77,23 @@ pub struct DiffuseDescription {
 }
 
 /// A BSDF of any kind.
-#[derive(FromPyObject)]
 enum BsdfDescription {
     Ply(PlyBsdfDescription),
     Diffuse(DiffuseDescription),
 }
 
 impl BsdfDescription {
+    fn read(place: &str, object: &Bound<'_, PyAny>) -> PyResult<Self> {
+        one_of(
+            place,
+            object,
+            &[
+                ("PlyBsdf", |object| Ok(Self::Ply(object.extract()?))),
+                ("DiffuseBsdf", |object| Ok(Self::Diffuse(object.extract()?))),
+            ],
+        )
+    }
+
     fn material(&self, tint: Rgb) -> Result<Material> {
         match self {
             Self::Ply(ply) => Ok(Material::Ply(Box::new(PlyBsdf::new(ply.parameters(tint)?)?))),
@@ -109,44 +120,45 @@ struct FlatDescription {
     thickness: f64,
 }
 
-#[derive(FromPyObject)]
-enum ShapeDescription {
-    Round(RoundDescription),
-    Flat(FlatDescription),
-}
-
-impl From<&ShapeDescription> for YarnShape {
-    fn from(description: &ShapeDescription) -> Self {
-        match *description {
-            ShapeDescription::Round(RoundDescription {
-                radius_mm,
-                thickness,
-                collision_radius: collision,
-                plies,
-                pitch,
-                ply_radius,
-            }) => Self::Round { radius: radius_mm, thickness, collision, plies, ply_radius, pitch },
-            ShapeDescription::Flat(FlatDescription { width_mm, thickness }) => {
-                Self::Flat { width: width_mm, thickness }
-            }
+impl From<RoundDescription> for YarnShape {
+    fn from(yarn: RoundDescription) -> Self {
+        Self::Round {
+            radius: yarn.radius_mm,
+            thickness: yarn.thickness,
+            collision: yarn.collision_radius,
+            plies: yarn.plies,
+            ply_radius: yarn.ply_radius,
+            pitch: yarn.pitch,
         }
     }
 }
 
-/// A yarn: its shape is read from the same object as the rest.
+impl From<FlatDescription> for YarnShape {
+    fn from(yarn: FlatDescription) -> Self {
+        Self::Flat { width: yarn.width_mm, thickness: yarn.thickness }
+    }
+}
+
+/// A yarn of any kind: its shape is read from the same object as the rest.
 struct YarnDescription {
-    shape: ShapeDescription,
+    shape: YarnShape,
     bsdf: BsdfDescription,
     stiffness: f64,
 }
 
-impl<'a, 'py> FromPyObject<'a, 'py> for YarnDescription {
-    type Error = PyErr;
-
-    fn extract(object: Borrowed<'a, 'py, PyAny>) -> PyResult<Self> {
+impl YarnDescription {
+    fn read(place: &str, object: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let shape = one_of(
+            place,
+            object,
+            &[
+                ("RoundYarn", |yarn| Ok(yarn.extract::<RoundDescription>()?.into())),
+                ("FlatYarn", |yarn| Ok(yarn.extract::<FlatDescription>()?.into())),
+            ],
+        )?;
         Ok(Self {
-            shape: object.extract()?,
-            bsdf: object.getattr("bsdf")?.extract()?,
+            shape,
+            bsdf: BsdfDescription::read(&format!("{place}.bsdf"), &object.getattr("bsdf")?)?,
             stiffness: object.getattr("stiffness")?.extract()?,
         })
     }
@@ -158,7 +170,6 @@ struct PatternDescription<'py> {
 }
 
 /// `plycloth.Fabric`.
-#[derive(FromPyObject)]
 pub struct FabricDescription<'py> {
     pattern: PatternDescription<'py>,
     warp: YarnDescription,
@@ -170,13 +181,30 @@ pub struct FabricDescription<'py> {
     collision_stiffness: f64,
 }
 
+impl<'a, 'py> FromPyObject<'a, 'py> for FabricDescription<'py> {
+    type Error = PyErr;
+
+    fn extract(object: Borrowed<'a, 'py, PyAny>) -> PyResult<Self> {
+        Ok(Self {
+            pattern: object.getattr("pattern")?.extract()?,
+            warp: YarnDescription::read("Fabric.warp", &object.getattr("warp")?)?,
+            weft: YarnDescription::read("Fabric.weft", &object.getattr("weft")?)?,
+            end_spacing: object.getattr("end_spacing")?.extract()?,
+            pick_spacing: object.getattr("pick_spacing")?.extract()?,
+            warp_colors: object.getattr("warp_colors")?.extract()?,
+            weft_colors: object.getattr("weft_colors")?.extract()?,
+            collision_stiffness: object.getattr("collision_stiffness")?.extract()?,
+        })
+    }
+}
+
 impl FabricDescription<'_> {
     /// The cloth's geometry.
     pub fn cloth(&self) -> Result<ClothSpec> {
         let warp_up = self.pattern.warp_up.as_array();
         let (picks, ends) = warp_up.dim();
         let set = |yarn: &YarnDescription, spacing: &PyReadonlyArray1<'_, f64>| YarnSpec {
-            shape: (&yarn.shape).into(),
+            shape: yarn.shape,
             stiffness: yarn.stiffness,
             spacing: spacing.as_array().to_vec(),
         };
@@ -250,24 +278,30 @@ struct OrthographicDescription {
     width_mm: f64,
 }
 
-#[derive(FromPyObject)]
-enum ProjectionDescription {
-    Perspective(PerspectiveDescription),
-    Orthographic(OrthographicDescription),
+impl From<PerspectiveDescription> for Projection {
+    fn from(camera: PerspectiveDescription) -> Self {
+        Self::Perspective { tan_half_fov: (0.5 * camera.fov.to_radians()).tan() }
+    }
+}
+
+impl From<OrthographicDescription> for Projection {
+    fn from(camera: OrthographicDescription) -> Self {
+        Self::Orthographic { width: camera.width_mm }
+    }
 }
 
 /// A camera of any kind.
-pub fn camera(object: &Bound<'_, PyAny>) -> PyResult<Camera> {
+pub fn camera(place: &str, object: &Bound<'_, PyAny>) -> PyResult<Camera> {
+    let projection = one_of(
+        place,
+        object,
+        &[
+            ("PerspectiveCamera", |it| Ok(it.extract::<PerspectiveDescription>()?.into())),
+            ("OrthographicCamera", |it| Ok(it.extract::<OrthographicDescription>()?.into())),
+        ],
+    )?;
     let vector = |name: &str| -> PyResult<DVec3> {
         Ok(DVec3::from_array(object.getattr(name)?.extract::<Triple>()?))
-    };
-    let projection = match object.extract()? {
-        ProjectionDescription::Perspective(PerspectiveDescription { fov }) => {
-            Projection::Perspective { tan_half_fov: (0.5 * fov.to_radians()).tan() }
-        }
-        ProjectionDescription::Orthographic(OrthographicDescription { width_mm }) => {
-            Projection::Orthographic { width: width_mm }
-        }
     };
     let resolution = object.getattr("resolution")?.extract()?;
     let (origin, target, up) = (vector("origin")?, vector("target")?, vector("up")?);
@@ -306,33 +340,53 @@ struct EnvironmentDescription<'py> {
     rotation: f64,
 }
 
-/// A light of any kind. The first that fits is taken: those with more attributes stand first.
-#[derive(FromPyObject)]
-enum LightDescription<'py> {
-    Rectangle(RectangleDescription),
-    Point(PointDescription),
-    Directional(DirectionalDescription),
-    Environment(EnvironmentDescription<'py>),
-    Constant(ConstantDescription),
+impl From<PointDescription> for Light {
+    fn from(light: PointDescription) -> Self {
+        Self::Point { position: light.position.into(), intensity: light.intensity.into() }
+    }
+}
+
+impl From<DirectionalDescription> for Light {
+    fn from(light: DirectionalDescription) -> Self {
+        Self::Directional {
+            direction: DVec3::from(light.direction).normalize(),
+            irradiance: light.irradiance.into(),
+        }
+    }
+}
+
+impl From<RectangleDescription> for Light {
+    fn from(light: RectangleDescription) -> Self {
+        let edges = [light.edge_u.into(), light.edge_v.into()];
+        Self::Rectangle(Rectangle::new(light.center.into(), edges, light.radiance.into()))
+    }
+}
+
+impl From<ConstantDescription> for Light {
+    fn from(light: ConstantDescription) -> Self {
+        Self::Constant { radiance: light.radiance.into() }
+    }
+}
+
+impl From<EnvironmentDescription<'_>> for Light {
+    fn from(light: EnvironmentDescription<'_>) -> Self {
+        Self::Environment(environment(&light))
+    }
 }
 
 /// A light of any kind.
-pub fn light(object: &Bound<'_, PyAny>) -> PyResult<Light> {
-    Ok(match object.extract()? {
-        LightDescription::Point(light) => {
-            Light::Point { position: light.position.into(), intensity: light.intensity.into() }
-        }
-        LightDescription::Directional(light) => Light::Directional {
-            direction: DVec3::from(light.direction).normalize(),
-            irradiance: light.irradiance.into(),
-        },
-        LightDescription::Rectangle(light) => {
-            let edges = [light.edge_u.into(), light.edge_v.into()];
-            Light::Rectangle(Rectangle::new(light.center.into(), edges, light.radiance.into()))
-        }
-        LightDescription::Constant(light) => Light::Constant { radiance: light.radiance.into() },
-        LightDescription::Environment(light) => Light::Environment(environment(&light)),
-    })
+pub fn light(place: &str, object: &Bound<'_, PyAny>) -> PyResult<Light> {
+    one_of(
+        place,
+        object,
+        &[
+            ("PointLight", |it| Ok(it.extract::<PointDescription>()?.into())),
+            ("DirectionalLight", |it| Ok(it.extract::<DirectionalDescription>()?.into())),
+            ("RectangleLight", |it| Ok(it.extract::<RectangleDescription>()?.into())),
+            ("ConstantLight", |it| Ok(it.extract::<ConstantDescription>()?.into())),
+            ("EnvironmentLight", |it| Ok(it.extract::<EnvironmentDescription<'_>>()?.into())),
+        ],
+    )
 }
 
 fn environment(light: &EnvironmentDescription<'_>) -> Environment {

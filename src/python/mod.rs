@@ -6,6 +6,7 @@ mod clearance;
 mod describe;
 mod gate;
 mod image;
+mod kind;
 mod render;
 mod scatter;
 mod weave;
@@ -17,7 +18,7 @@ mod _plycloth {
     #[pymodule_export]
     use super::clearance::{fitted, overlaps};
     #[pymodule_export]
-    use super::image::{decode_exr, encode_exr};
+    use super::image::{decode_codes, decode_exr, decode_radiance, encode_exr, to_srgb};
     #[pymodule_export]
     use super::render::{CompiledFilm, CompiledScene, CompiledTape};
     #[pymodule_export]

@@ -51,10 +51,12 @@ impl CompiledScene {
         let fabric_object = swatch.getattr("fabric")?;
         let fabric: FabricDescription<'_> = fabric_object.extract()?;
         let (spec, palette) = (fabric.cloth()?, fabric.palette());
-        let camera = describe::camera(&scene.getattr("camera")?)?;
+        let camera = describe::camera("Scene.camera", &scene.getattr("camera")?)?;
         let lights = scene.getattr("lights")?;
-        let lights =
-            lights.try_iter()?.map(|light| describe::light(&light?)).collect::<PyResult<_>>()?;
+        let light = |(number, light): (usize, PyResult<Bound<'_, PyAny>>)| {
+            describe::light(&format!("Scene.lights[{number}]"), &light?)
+        };
+        let lights = lights.try_iter()?.enumerate().map(light).collect::<PyResult<_>>()?;
         let shapes = [spec.warp.shape, spec.weft.shape];
         let py = scene.py();
         let spec = spec.bottom_up();
