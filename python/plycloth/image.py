@@ -1,10 +1,13 @@
 """Pictures in linear light: read, write, show and compare them."""
 
+from __future__ import annotations
+
 import io
 import warnings
 from dataclasses import dataclass
 from os import PathLike, fspath
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -51,6 +54,10 @@ class Image:
 
     pixels: npt.NDArray[np.float32]
     variance: npt.NDArray[np.float32] | None = None
+
+    if TYPE_CHECKING:
+
+        def __init__(self, pixels: npt.ArrayLike, variance: npt.ArrayLike | None = ...) -> None: ...
 
     def __post_init__(self) -> None:
         pixels = _owned(self.pixels)
@@ -100,7 +107,7 @@ class Image:
 
     __hash__ = None  # type: ignore[assignment]
 
-    def __reduce__(self) -> tuple[type["Image"], tuple[object, ...]]:
+    def __reduce__(self) -> tuple[type[Image], tuple[object, ...]]:
         # Made anew, a copy is read-only again.
         return Image, (self.pixels, self.variance)
 
@@ -137,7 +144,7 @@ class Image:
             data = _plycloth.encode_exr(self.pixels)
         Path(path).write_bytes(data)
 
-    def z_scores(self, other: "Image") -> npt.NDArray[np.float64]:
+    def z_scores(self, other: Image) -> npt.NDArray[np.float64]:
         """How many standard deviations lie between two independent renders, value by value.
 
         Parameters

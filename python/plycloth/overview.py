@@ -1,5 +1,7 @@
 """A ready view of a fabric: from straight above, in a pleasing light."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Sequence
 

@@ -1,5 +1,7 @@
 """Pictures of scenes by path tracing."""
 
+from __future__ import annotations
+
 import warnings
 
 from plycloth import _plycloth

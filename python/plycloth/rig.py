@@ -1,13 +1,16 @@
 """The photo rig: one camera straight above the cloth, a lamp in front of it and one behind it."""
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from plycloth._check import (
     COORDINATE,
     FINITE,
     POSITIVE,
+    Numbers,
     ParameterError,
     Point,
     Range,
@@ -23,6 +26,8 @@ from plycloth.scene import Scene, Swatch
 
 Vector = tuple[float, float, float]
 Length = Annotated[float, number(POSITIVE)]
+Angle = Annotated[float, number(Range(0.0, 180.0, exclusive=True))]
+Positive = Annotated[float, number(POSITIVE)]
 
 LAMPS = ("front", "back")
 
@@ -65,11 +70,23 @@ class PhotoRig(Saved):
     """
 
     camera_height: Length = 8.0
-    field_of_view: Annotated[float, number(Range(0.0, 180.0, exclusive=True))] = 53.0
+    field_of_view: Angle = 53.0
     front_lamp: Point = (0.0, 8.0, 8.0)
     back_lamp: Point = (0.0, 0.0, -9.0)
-    intensity: Annotated[float, number(POSITIVE)] = 300.0
-    gamma: Annotated[float, number(POSITIVE)] = 2.2
+    intensity: Positive = 300.0
+    gamma: Positive = 2.2
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            camera_height: float = ...,
+            field_of_view: float = ...,
+            front_lamp: Numbers = ...,
+            back_lamp: Numbers = ...,
+            intensity: float = ...,
+            gamma: float = ...,
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -1,18 +1,30 @@
 """Scenes: a piece of cloth, a camera and lights."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Annotated, Any, get_args
+from typing import TYPE_CHECKING, Annotated, Any, get_args
 
-from plycloth._check import POSITIVE, ParameterError, instance, optional, pair
+from plycloth._check import (
+    POSITIVE,
+    NumberOrNumbers,
+    ParameterError,
+    instance,
+    optional,
+    pair,
+)
 from plycloth._saved import Saved
 from plycloth._value import Description
 from plycloth.bsdf import PlyBsdf
 from plycloth.camera import Camera
 from plycloth.fabric import Fabric
-from plycloth.light import Light
+from plycloth.light import Emitter, Light
 
+AnyFabric = Annotated[Fabric, instance(Fabric)]
 AnyCamera = Annotated[Camera, instance(*get_args(Camera))]
+
+Size = Annotated[tuple[float, float] | None, optional(pair(POSITIVE))]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -35,8 +47,12 @@ class Swatch(Description):
         If a value is not of the kind named.
     """
 
-    fabric: Annotated[Fabric, instance(Fabric)]
-    size_mm: Annotated[tuple[float, float] | None, optional(pair(POSITIVE))] = None
+    fabric: AnyFabric
+    size_mm: Size = None
+
+    if TYPE_CHECKING:
+
+        def __init__(self, fabric: Fabric, size_mm: NumberOrNumbers | None = ...) -> None: ...
 
     @property
     def extent_mm(self) -> tuple[float, float]:
@@ -51,6 +67,10 @@ def _lights(name: str, value: Any) -> tuple[Light, ...]:
         raise ParameterError(f"{name} must hold at least one light, not 0: all would be black")
     is_light = instance(*get_args(Light))
     return tuple(is_light(f"{name}[{i}]", light) for i, light in enumerate(value))
+
+
+AnySwatch = Annotated[Swatch, instance(Swatch)]
+Lights = Annotated[tuple[Light, ...], _lights]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -74,11 +94,15 @@ class Scene(Saved):
         If a value is not of the kind named.
     """
 
-    swatch: Annotated[Swatch, instance(Swatch)]
+    swatch: AnySwatch
     camera: AnyCamera
-    lights: Annotated[tuple[Light, ...], _lights]
+    lights: Lights
 
-    def with_bsdfs(self, warp: PlyBsdf, weft: PlyBsdf) -> "Scene":
+    if TYPE_CHECKING:
+
+        def __init__(self, swatch: Swatch, camera: Camera, lights: Sequence[Emitter]) -> None: ...
+
+    def with_bsdfs(self, warp: PlyBsdf, weft: PlyBsdf) -> Scene:
         """Return the same scene, but the yarns of warp and weft have these BSDFs."""
         fabric = self.swatch.fabric
         dyed = replace(
