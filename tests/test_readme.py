@@ -10,7 +10,13 @@ from fits import SmallPhotoFit
 from plycloth import cli
 
 ROOT = Path(__file__).parents[1]
-DOCUMENTS = ["README.md", "docs/guide.md", "docs/conventions.md", "docs/results.md"]
+DOCUMENTS = [
+    "README.md",
+    "docs/guide.md",
+    "docs/conventions.md",
+    "docs/results.md",
+    "docs/unsupported.md",
+]
 SMALL = pc.Draft.from_pattern(pc.WeavePattern.plain())
 
 

@@ -46,7 +46,11 @@ _KINDS: dict[str, type[Any]] = {
 }
 
 # Keys that files of earlier versions lack; their fields then have their defaults.
-_ADDED = {("RoundYarn", "thickness_mm"), ("RoundYarn", "collision_radius_mm")}
+_ADDED = {
+    ("RoundYarn", "thickness_mm"),
+    ("RoundYarn", "collision_radius_mm"),
+    ("Scene", "background"),
+}
 
 T = TypeVar("T")
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Annotated, Self
+from typing import TYPE_CHECKING, Annotated, Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -179,6 +179,18 @@ class Fabric(Saved):
         warp, weft = _plycloth.fitted(self)
         return replace(self, warp=_resized(self.warp, *warp), weft=_resized(self.weft, *weft))
 
+    def turned_over(self) -> Self:
+        """Return the same cloth with its back to the viewer, turned about the warp direction.
+
+        What was on the left is on the right then, and ends that were on the face are on the back.
+        """
+        return replace(
+            self,
+            pattern=self.pattern.flipped(),
+            warp_spacing_mm=_reversed(self.warp_spacing_mm),
+            warp_colors=_reversed(self.warp_colors),
+        )
+
     def overlaps_of(self, depth_mm: FloatArray) -> Overlaps:
         """Return depths (picks x ends, in millimetres) with what they are measured by."""
         return Overlaps(self.pattern, depth_mm, min(self.warp.thickness, self.weft.thickness))
@@ -225,6 +237,11 @@ class Fabric(Saved):
         scale, so a fabric is relaxed where its spacing is 1, whatever it is in millimetres.
         """
         return 0.5 * float(np.mean(self.warp_spacing_mm) + np.mean(self.weft_spacing_mm))
+
+
+def _reversed(values: Any) -> Any:
+    """Return the values of yarns in the opposite order, or the one that stands for all."""
+    return values[::-1] if isinstance(values, np.ndarray) else values
 
 
 def _per_yarn(spacing: float | FloatArray, count: int) -> FloatArray:

@@ -35,7 +35,7 @@ _lamp = choice(*LAMPS)
 _rotation = number(FINITE)
 _offset = vector(3, number(COORDINATE))
 
-# The swatch reaches a little beyond the picture, so that no edge is seen.
+# What the swatch shows by itself reaches a little beyond the picture.
 MARGIN = 1.05
 
 
@@ -156,7 +156,7 @@ def photo_rig(
     )
     x, y, z = (a + b for a, b in zip(position, offset, strict=True))
     light = PointLight(position=_turned((x, y, z), -rotation), intensity=(rig.intensity,) * 3)
-    return Scene(Swatch(fabric, (side, side)), camera, (light,))
+    return Scene(Swatch(fabric, (side, side)).extended(), camera, (light,))
 
 
 def _turned(point: Vector, degrees: float) -> Vector:

@@ -55,6 +55,7 @@ impl CompiledScene {
         let lights = scene.getattr("lights")?;
         let lights =
             lights.try_iter()?.map(|light| describe::light(&light?)).collect::<PyResult<_>>()?;
+        let background = describe::background(scene)?;
         let shapes = [spec.warp.shape, spec.weft.shape];
         let py = scene.py();
         let spec = spec.bottom_up();
@@ -63,7 +64,7 @@ impl CompiledScene {
             let swatch = Swatch::of(&spec, &relaxed, size, control)?;
             Ok((relaxed, swatch, palette.materials(control)?))
         })?;
-        let scene = Scene { swatch, shapes, materials, camera, lights: Lights(lights) };
+        let scene = Scene { swatch, shapes, materials, camera, lights: Lights(lights), background };
         Ok(Self { scene, spec, relaxed })
     }
 
