@@ -4,6 +4,7 @@ from dataclasses import replace
 import numpy as np
 import plycloth as pc
 import pytest
+from plycloth import _plycloth
 from plycloth.overview import IRRADIANCE, lighting
 from samples import plain_fabric
 
@@ -110,8 +111,20 @@ def test_the_ground_is_seen_through_gaps_and_lights_nothing():
 
 
 def test_gaps_are_not_black_by_default():
-    assert pc.overview(open_fabric()).background == (0.18, 0.18, 0.18)
+    assert pc.overview(open_fabric()).background == (0.05, 0.05, 0.05)
     assert pc.photo_rig(open_fabric(), "back").background is None
+
+
+def test_a_fit_sees_the_same_ground():
+    yarn = pc.RoundYarn(0.05, pc.PlyBsdf(), plies=1)
+    fabric = pc.Fabric(pc.WeavePattern.plain(), yarn, yarn, 0.5, 0.5)
+    seen = []
+    for ground in (0.0, 1.0):
+        compiled = _plycloth.CompiledScene(pc.overview(fabric, "overcast", ground=ground))
+        seen.append(compiled.cell_averages((2, 2), 512, 0, None))
+        tape = _plycloth.CompiledTape(compiled, (2, 2), 512, 0, None)
+        assert tape.evaluate([yarn.bsdf] * 2)[0] == pytest.approx(seen[-1], rel=1e-4)
+    assert (seen[1] - seen[0]).mean() == pytest.approx(0.8**2, abs=0.02)
 
 
 def test_a_background_is_in_the_place_of_surroundings():

@@ -33,8 +33,13 @@ def quick(tmp_path, monkeypatch):
     pc.write_wif(SMALL, "draft.wif")
     for name in ("front.png", "back.png"):
         shutil.copy(ROOT / "docs" / "weave.png", name)
-    render = pc.render
+    render, compared = pc.render, pc.compare
     monkeypatch.setattr(pc, "render", lambda scene, **_: render(scene, spp=1, progress=False))
+
+    def compare(subjects, light):
+        return compared(subjects, light, height=8, spp=1, progress=False)
+
+    monkeypatch.setattr(pc, "compare", compare)
 
     def fit_photographs(front, back):
         return SmallPhotoFit([pc.read_image(path, gamma=2.2) for path in (front, back)])

@@ -59,7 +59,8 @@ def to_mitsuba(scene: Scene, folder: str | Path, *, max_depth: int | None = None
     """
     if scene.background is not None:
         raise ParameterError(
-            "Scene.background must be None: Mitsuba has no light that is only seen"
+            "Scene.background must be None: Mitsuba has no light that is only seen;"
+            " overview(..., ground=None) gives none"
         )
     plugin = {
         "type": "scene",

@@ -32,8 +32,8 @@ LIGHTINGS = tuple(SUNS)
 PIXELS_PER_YARN = 16
 SHORTEST_SIDE, LONGEST_SIDE = 512, 1024
 
-GROUND = (0.18, 0.18, 0.18)
-"""What `overview` shows through gaps: a grey card."""
+GROUND = (0.05, 0.05, 0.05)
+"""What `overview` shows through gaps: a grey ground in the shade of the cloth."""
 
 _width = integer(1, 65536)
 _cut = instance(bool)
