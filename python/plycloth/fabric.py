@@ -187,6 +187,7 @@ class Fabric(Saved):
         return replace(
             self,
             pattern=self.pattern.flipped(),
+            warp=_reversed(self.warp),
             warp_spacing_mm=_reversed(self.warp_spacing_mm),
             warp_colors=_reversed(self.warp_colors),
         )
@@ -241,7 +242,7 @@ class Fabric(Saved):
 
 def _reversed(values: Any) -> Any:
     """Return the values of yarns in the opposite order, or the one that stands for all."""
-    return values[::-1] if isinstance(values, np.ndarray) else values
+    return values[::-1] if isinstance(values, np.ndarray | tuple) else values
 
 
 def _per_yarn(spacing: float | FloatArray, count: int) -> FloatArray:
