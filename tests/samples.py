@@ -40,6 +40,7 @@ def every_description():
         pc.OrthographicCamera((0, 0, 8), (0, 0, 0), width_mm=3, resolution=(40, 30)),
         *lights,
         pc.Scene(pc.Swatch(colored), camera, lights),
+        pc.Scene(pc.Swatch(colored), camera, lights, background=(0.2, 0.3, 0.4)),
     ]
 
 

@@ -3,6 +3,7 @@ import json
 import subprocess
 import sys
 import types
+from dataclasses import replace
 
 import numpy as np
 import plycloth as pc
@@ -80,6 +81,70 @@ def test_a_named_yarn_keeps_its_twist_at_the_thickness_of_the_draft(draft):
     assert yarn.radius_mm == pytest.approx(0.4)  # 0.8 of the spacing of 1 mm is its diameter
     assert yarn.plies == 2
     assert yarn.pitch / yarn.radius_mm == pytest.approx(measured.pitch / measured.radius_mm)
+
+
+def test_render_shows_the_back_on_a_ground(draft, tmp_path):
+    options = ["--side", "back", "--ground", "#ff8000"]
+    assert render(draft, tmp_path / "out.exr", *options) == 0
+    fabric = pc.Fabric.from_draft(pc.read_wif(draft)).turned_over()
+    # Decoded to linear light.
+    scene = pc.overview(fabric, width=24, ground=(1.0, ((128 / 255 + 0.055) / 1.055) ** 2.4, 0.0))
+    expected = pc.render(scene, spp=1, progress=False)
+    assert np.array_equal(pc.read_image(tmp_path / "out.exr").pixels, expected.pixels)
+
+
+def test_the_ground_may_be_what_shines_there(draft, tmp_path):
+    assert render(draft, tmp_path / "out.exr", "--ground", "none") == 0
+    scene = pc.overview(pc.Fabric.from_draft(pc.read_wif(draft)), width=24, ground=None)
+    expected = pc.render(scene, spp=1, progress=False)
+    assert np.array_equal(pc.read_image(tmp_path / "out.exr").pixels, expected.pixels)
+
+
+def test_a_saved_scene_gets_another_ground(draft, tmp_path, capsys):
+    scene = pc.overview(pc.Fabric.from_draft(pc.read_wif(draft)), width=6)
+    pc.save(scene, tmp_path / "scene.json")
+    assert render(tmp_path / "scene.json", tmp_path / "out.exr", "--ground", "white") == 0
+    expected = pc.render(replace(scene, background=1.0), spp=1, progress=False)
+    assert np.array_equal(pc.read_image(tmp_path / "out.exr").pixels, expected.pixels)
+    assert render(tmp_path / "scene.json", tmp_path / "b.exr", "--side", "back") == 2
+    assert "--side: is for a draft or a fabric" in capsys.readouterr().err
+
+
+def test_compare_puts_inputs_side_by_side(draft, tmp_path, capsys):
+    pc.Image(np.full((8, 8, 3), 0.5)).save(tmp_path / "photo.png")
+    inputs = [str(draft), "cotton1", str(tmp_path / "photo.png")]
+    options = ["--spp", "1", "--height", "16", "--threads", "1", "--ground", "white"]
+    assert main(["compare", *inputs, "-o", str(tmp_path / "out.exr"), *options]) == 0
+    out = capsys.readouterr().out
+    assert out == f"{tmp_path / 'out.exr'}: draft.wif, cotton1, photo.png\n"
+    image = pc.read_image(tmp_path / "out.exr")
+    assert (image.width, image.height) == (3 * 16 + 2, 16 + 14)
+    fabric = pc.Fabric.from_draft(pc.read_wif(draft))
+    scene = pc.overview(fabric, size_mm=16 * fabric.unit_mm, width=16, ground=1.0)
+    expected = pc.render(scene, spp=1, progress=False)
+    assert np.array_equal(image.pixels[:16, :16], expected.pixels)
+
+
+COMPARISONS = [
+    (["a.wif", "none.wif", "-o", "out.png"], "none.wif: No such file"),
+    (["cotton", "-o", "out.png"], "cotton: must be a draft (.wif), a fabric (.json), a picture"),
+    (["rig.json", "-o", "out.png"], "rig.json: holds a PhotoRig, not a Fabric"),
+    (["a.wif", "-o", "out.bmp"], "out.bmp: must end in one of"),
+    (["a.wif", "-o", "out.png", "--height", "2"], "height must be in [8, 65536]"),
+    (["a.wif", "-o", "out.png", "--ground", "reddish"], "--ground: must be a colour such as"),
+]
+
+
+@pytest.mark.parametrize(("arguments", "message"), COMPARISONS, ids=lambda value: str(value)[:50])
+def test_bad_input_of_compare_is_one_line(arguments, message, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    pc.save(pc.PhotoRig(), "rig.json")
+    pc.write_wif(pc.Draft.from_pattern(pc.WeavePattern.plain()), "a.wif")
+    assert main(["compare", *arguments]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith("plycloth: error: ")
+    assert message in line
+    assert not (tmp_path / "out.png").exists()
 
 
 def test_render_says_what_it_did(draft, tmp_path, capsys):
@@ -185,6 +250,7 @@ RENDERS = [
     (["draft.wif", "-o", "out.png", "--light", "dya"], "the nearest is 'day'"),
     (["draft.wif", "-o", "out.png", "--light", "none.exr"], "none.exr: No such file"),
     (["draft.wif", "-o", "out.png", "--yarn", "coton1"], "the nearest is 'cotton1'"),
+    (["draft.wif", "-o", "out.png", "--ground", "#12"], "--ground: must be a colour such as"),
     (["draft.wif", "-o", "out.png", "--spp", "0"], "spp"),
     (["draft.wif", "-o", "out.png", "--width", "0"], "width"),
     (["draft.wif", "-o", "out.png", "--size-mm", "1", "nan"], "size_mm"),

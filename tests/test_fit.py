@@ -76,7 +76,7 @@ def test_what_the_pictures_tell_is_found_within_5_percent():
 @pytest.mark.slow
 @pytest.mark.xfail(
     strict=True,
-    reason="a little over 3% is stated for the roughness across, which trades with eta, because of the"
+    reason="just over 3% is stated for the roughness across, which trades with eta, because of the"
     " noise of paths that pass from ply to ply",
 )
 def test_what_the_pictures_tell_is_known_to_3_percent():

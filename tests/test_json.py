@@ -63,6 +63,16 @@ def test_a_file_from_before_yarns_were_pressed_holds_round_ones(tmp_path):
     assert pc.load(file) == yarn
 
 
+def test_a_scene_from_before_there_were_backgrounds_has_none(tmp_path):
+    file = tmp_path / "scene.json"
+    scene = pc.overview(plain_fabric(), ground=None)
+    pc.save(scene, file)
+    document = json.loads(file.read_text(encoding="utf-8"))
+    del document["background"]
+    file.write_text(json.dumps(document), encoding="utf-8")
+    assert pc.load(file) == scene
+
+
 def test_patterns_are_saved_too(tmp_path):
     pc.save(PLAIN, tmp_path / "plain.json")
     assert pc.load(tmp_path / "plain.json") == PLAIN

@@ -1,6 +1,7 @@
 """The same scenes in Mitsuba 3: every model and every convention held against another program."""
 
 from collections import defaultdict
+from dataclasses import replace
 
 import numpy as np
 import plycloth as pc
@@ -231,6 +232,8 @@ def test_what_has_no_counterpart_is_refused(tmp_path):
 
     with pytest.raises(pc.ParameterError, match=r"Fabric\.warp must be .* DiffuseBsdf"):
         to.to_mitsuba(scene(pc.PlyBsdf()), tmp_path)
+    with pytest.raises(pc.ParameterError, match=r"Scene\.background must be None"):
+        to.to_mitsuba(replace(scene(pc.DiffuseBsdf()), background=0.5), tmp_path)
     with pytest.raises(pc.ParameterError, match=r"Fabric\.warp_colors must be None"):
         to.to_mitsuba(scene(pc.DiffuseBsdf(), warp_colors=np.ones((2, 3))), tmp_path)
     for yarn, message in (

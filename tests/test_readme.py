@@ -10,7 +10,13 @@ from fits import SmallPhotoFit
 from plycloth import cli
 
 ROOT = Path(__file__).parents[1]
-DOCUMENTS = ["README.md", "docs/guide.md", "docs/conventions.md", "docs/results.md"]
+DOCUMENTS = [
+    "README.md",
+    "docs/guide.md",
+    "docs/conventions.md",
+    "docs/results.md",
+    "docs/unsupported.md",
+]
 SMALL = pc.Draft.from_pattern(pc.WeavePattern.plain())
 
 
@@ -27,8 +33,13 @@ def quick(tmp_path, monkeypatch):
     pc.write_wif(SMALL, "draft.wif")
     for name in ("front.png", "back.png"):
         shutil.copy(ROOT / "docs" / "weave.png", name)
-    render = pc.render
+    render, compared = pc.render, pc.compare
     monkeypatch.setattr(pc, "render", lambda scene, **_: render(scene, spp=1, progress=False))
+
+    def compare(subjects, light):
+        return compared(subjects, light, height=8, spp=1, progress=False)
+
+    monkeypatch.setattr(pc, "compare", compare)
 
     def fit_photographs(front, back):
         return SmallPhotoFit([pc.read_image(path, gamma=2.2) for path in (front, back)])

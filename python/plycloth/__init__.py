@@ -6,6 +6,7 @@ from plycloth._json import FormatError, load, save
 from plycloth._plycloth import __version__
 from plycloth.bsdf import DiffuseBsdf, PlyBsdf
 from plycloth.camera import OrthographicCamera, PerspectiveCamera
+from plycloth.compare import compare
 from plycloth.curves import PlyCurves, ply_curves
 from plycloth.draft import Draft
 from plycloth.fabric import Fabric
@@ -78,6 +79,7 @@ __all__ = [
     "YarnGuess",
     "__version__",
     "body_reflection",
+    "compare",
     "datasets",
     "estimate_spacing",
     "fit",

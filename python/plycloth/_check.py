@@ -18,6 +18,11 @@ Check = Callable[[str, Any], Any]
 Rgb = tuple[float, float, float]
 Vector = tuple[float, float, float]
 
+# What may be given for fields that store such tuples: for type checkers, in the constructors that
+# descriptions declare to them. A dataclass's own would take only what its fields hold.
+Numbers = Sequence[float] | NDArray[Any]
+NumberOrNumbers = float | Numbers
+
 
 class ParameterError(ValueError):
     """A parameter lies outside its valid range, or names nothing that exists."""

@@ -5,6 +5,8 @@ is the name of a class, and its other keys are all the fields of that class. A w
 written as its rows from the top, '#' where the warp is on the face and '.' where the weft is.
 """
 
+from __future__ import annotations
+
 import json
 from dataclasses import fields
 from os import PathLike
@@ -44,7 +46,11 @@ _KINDS: dict[str, type[Any]] = {
 }
 
 # Keys that files of earlier versions lack; their fields then have their defaults.
-_ADDED = {("RoundYarn", "thickness_mm"), ("RoundYarn", "collision_radius_mm")}
+_ADDED = {
+    ("RoundYarn", "thickness_mm"),
+    ("RoundYarn", "collision_radius_mm"),
+    ("Scene", "background"),
+}
 
 T = TypeVar("T")
 

@@ -1,5 +1,7 @@
 """Descriptions that are saved to files of their own."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from os import PathLike
 from typing import Self

@@ -1,5 +1,7 @@
 """Reading weaving drafts from WIF files."""
 
+from __future__ import annotations
+
 import re
 import warnings
 from os import PathLike, fspath

@@ -1,5 +1,7 @@
 """Writing weaving drafts to WIF files."""
 
+from __future__ import annotations
+
 from collections import Counter
 from collections.abc import Iterable
 from decimal import Decimal

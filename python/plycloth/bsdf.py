@@ -4,15 +4,20 @@ The ply BSDF is that of Montazeri, Gammelmark, Zhao and Jensen 2020, "A Practica
 Appearance Model of Woven Fabrics", section 4.
 """
 
-from dataclasses import dataclass
-from typing import Annotated
+from __future__ import annotations
 
-from plycloth._check import UNIT, Range, Rgb, choice, number, pair, rgb
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated
+
+from plycloth._check import UNIT, NumberOrNumbers, Range, Rgb, choice, number, pair, rgb
 from plycloth._value import Description
 
 Color = Annotated[Rgb, rgb(UNIT)]
 Fraction = Annotated[float, number(UNIT)]
 Roughness = Annotated[tuple[float, float], pair(Range(0.001, 1.0))]
+Eta = Annotated[float, number(Range(1.01, 3.0))]
+Extinction = Annotated[float, number(Range(0.0, 1e6))]
+Body = Annotated[str, choice("conserving", "printed")]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -56,16 +61,32 @@ class PlyBsdf(Description):
         If a value is not of the kind named.
     """
 
-    eta: Annotated[float, number(Range(1.01, 3.0))] = 1.5
+    eta: Eta = 1.5
     specular_tint: Color = (1.0, 1.0, 1.0)
     transmission_tint: Color = (1.0, 1.0, 1.0)
     base_color: Color = (0.5, 0.5, 0.5)
     transmitted_color: Color = (0.5, 0.5, 0.5)
     body_reflection: Fraction = 0.5
-    extinction: Annotated[float, number(Range(0.0, 1e6))] = 10.0
+    extinction: Extinction = 10.0
     roughness: Roughness = (0.2, 0.3)
     exit_roughness: Roughness = (0.4, 0.5)
-    body: Annotated[str, choice("conserving", "printed")] = "conserving"
+    body: Body = "conserving"
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            eta: float = ...,
+            specular_tint: NumberOrNumbers = ...,
+            transmission_tint: NumberOrNumbers = ...,
+            base_color: NumberOrNumbers = ...,
+            transmitted_color: NumberOrNumbers = ...,
+            body_reflection: float = ...,
+            extinction: float = ...,
+            roughness: NumberOrNumbers = ...,
+            exit_roughness: NumberOrNumbers = ...,
+            body: str = ...,
+        ) -> None: ...
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -86,6 +107,10 @@ class DiffuseBsdf(Description):
     """
 
     reflectance: Color = (0.5, 0.5, 0.5)
+
+    if TYPE_CHECKING:
+
+        def __init__(self, reflectance: NumberOrNumbers = ...) -> None: ...
 
 
 Bsdf = PlyBsdf | DiffuseBsdf

@@ -1,7 +1,10 @@
 """Cameras: from where, and how large, the cloth is seen."""
 
+from __future__ import annotations
+
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,6 +12,7 @@ from numpy.typing import NDArray
 from plycloth._check import (
     POSITIVE,
     Direction,
+    Numbers,
     ParameterError,
     Point,
     Range,
@@ -20,6 +24,8 @@ from plycloth._check import (
 from plycloth._value import Description
 
 Resolution = Annotated[tuple[int, int], vector(2, integer(1, 65536))]
+Angle = Annotated[float, number(Range(0.0, 180.0, exclusive=True))]
+Length = Annotated[float, number(POSITIVE)]
 
 # The sine of the smallest angle between `up` and the view that still tells which way is up.
 MIN_SINE_TO_UP = 1e-6
@@ -53,8 +59,19 @@ class PerspectiveCamera(Description):
     origin: Point
     target: Point
     up: Direction = (0.0, 1.0, 0.0)
-    fov: Annotated[float, number(Range(0.0, 180.0, exclusive=True))] = 40.0
+    fov: Angle = 40.0
     resolution: Resolution = (512, 512)
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            origin: Numbers,
+            target: Numbers,
+            up: Numbers = ...,
+            fov: float = ...,
+            resolution: Sequence[int] = ...,
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -89,8 +106,19 @@ class OrthographicCamera(Description):
     origin: Point
     target: Point
     up: Direction = (0.0, 1.0, 0.0)
-    width_mm: Annotated[float, number(POSITIVE)] = 1.0
+    width_mm: Length = 1.0
     resolution: Resolution = (512, 512)
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            origin: Numbers,
+            target: Numbers,
+            up: Numbers = ...,
+            width_mm: float = ...,
+            resolution: Sequence[int] = ...,
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         super().__post_init__()

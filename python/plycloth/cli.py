@@ -1,4 +1,4 @@
-"""The command line: `plycloth render` and `plycloth fit`, for people with no script."""
+"""The command line: `plycloth render`, `compare` and `fit`, for people with no script."""
 
 import argparse
 import sys
@@ -10,8 +10,13 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from PIL import ImageColor
+
+from plycloth._color import decode
 from plycloth._json import load, load_as
 from plycloth._plycloth import __version__
+from plycloth.compare import FEWEST_YARNS, HEIGHT, compare, subject
 from plycloth.draft import Draft
 from plycloth.fabric import Fabric, default_yarn
 from plycloth.image_file import READABLE, WRITABLE, ImageError
@@ -29,6 +34,7 @@ from plycloth.wif import read_wif
 from plycloth.yarn import RoundYarn
 
 SIDES = ("front", "back")
+CLOTH_SIDES = ("face", "back")
 
 BAD_INPUT = 2
 INTERRUPTED = 130
@@ -72,6 +78,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--version", action="version", version=f"plycloth {__version__}")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
     _add_render(commands)
+    _add_compare(commands)
     _add_fit(commands)
     return parser
 
@@ -86,14 +93,7 @@ def _add_render(commands: Any) -> None:
     command.set_defaults(run=_render)
     add = command.add_argument
     add("draft", metavar="DRAFT.wif", type=Path, help="a draft, or a .json that plycloth saved")
-    add(
-        "-o",
-        "--output",
-        metavar="FILE",
-        type=Path,
-        required=True,
-        help=".png, .tif or .jpg (sRGB, 8 bit) or .exr (linear, 32 bit)",
-    )
+    _add_output(add)
     add("--spp", type=int, default=32, help="samples per pixel (default: %(default)s)")
     add(
         "--width",
@@ -119,12 +119,41 @@ def _add_render(commands: Any) -> None:
         action="store_true",
         help="press and narrow yarns that pass through each other; those of a draft always are",
     )
-    add(
-        "--light",
-        default="day",
-        metavar="NAME",
-        help=f"{', '.join(LIGHTINGS)}, or an environment map (.exr, .hdr) (default: %(default)s)",
+    add("--side", choices=CLOTH_SIDES, default="face", help="of the cloth (default: %(default)s)")
+    _add_light(command)
+    _add_dpi(command)
+    _add_common(command)  # fmt: skip
+
+
+def _add_compare(commands: Any) -> None:
+    command = commands.add_parser(
+        "compare",
+        help="several cloths and pictures side by side in one picture",
+        description="Put cloths and pictures of cloth side by side, with their names. All cloths"
+        " are rendered alike: pieces of the same size, in the same light.",
     )
+    command.set_defaults(run=_compare)
+    add = command.add_argument
+    add(
+        "inputs",
+        metavar="INPUT",
+        nargs="+",
+        help="a draft (.wif), a fabric that plycloth saved (.json), a picture"
+        f" ({', '.join(READABLE)}), or a measured yarn, of which a plain weave is shown:"
+        f" {', '.join(presets())}",
+    )
+    _add_output(add)
+    add("--spp", type=int, default=32, help="samples per pixel (default: %(default)s)")
+    add("--height", type=int, default=HEIGHT, metavar="PIXELS", help="default: %(default)s")
+    add(
+        "--size-mm",
+        type=float,
+        nargs=2,
+        metavar=("WIDTH", "HEIGHT"),
+        help="of each piece of cloth (default: a square with a repeat of each cloth and at least"
+        f" {FEWEST_YARNS} yarns of the coarsest)",
+    )
+    _add_light(command)
     _add_dpi(command)
     _add_common(command)  # fmt: skip
 
@@ -171,6 +200,33 @@ def _add_dpi(command: argparse.ArgumentParser) -> None:
     )
 
 
+def _add_output(add: Any) -> None:
+    add(
+        "-o",
+        "--output",
+        metavar="FILE",
+        type=Path,
+        required=True,
+        help=".png, .tif or .jpg (sRGB, 8 bit) or .exr (linear, 32 bit)",
+    )
+
+
+def _add_light(command: argparse.ArgumentParser) -> None:
+    add = command.add_argument
+    add(
+        "--light",
+        default="day",
+        metavar="NAME",
+        help=f"{', '.join(LIGHTINGS)}, or an environment map (.exr, .hdr) (default: %(default)s)",
+    )
+    add(
+        "--ground",
+        metavar="COLOR",
+        help="what is seen through gaps: '#d0d0d0', 'white', or 'none' for the lights behind the"
+        " cloth (default: a dark grey)",
+    )
+
+
 def _add_common(command: argparse.ArgumentParser) -> None:
     add = command.add_argument
     add("--seed", type=int, default=0, help="of the random numbers (default: %(default)s)")
@@ -202,7 +258,9 @@ def _scene(options: argparse.Namespace) -> tuple[Scene, str]:
         if isinstance(saved, Scene):
             if options.fit_yarns:
                 raise ValueError("--fit-yarns: is for a draft or a fabric, not for a saved scene")
-            return saved, f"the scene {options.draft}"
+            if options.side != "face":
+                raise ValueError("--side: is for a draft or a fabric, not for a saved scene")
+            return replace(saved, **_ground("background", options)), f"the scene {options.draft}"
         if not isinstance(saved, Fabric):
             kind = type(saved).__name__
             raise ValueError(f"{options.draft}: holds a {kind}, but must hold a Fabric or a Scene")
@@ -216,8 +274,35 @@ def _scene(options: argparse.Namespace) -> tuple[Scene, str]:
         else:
             yarn = _scaled_preset(options.yarn, draft)
             fabric = Fabric.from_draft(draft, yarn, yarn).fitted()
-    size = None if options.size_mm is None else tuple(options.size_mm)
-    return overview(fabric, _light(options.light), size_mm=size, width=options.width), shown
+    if options.side == "back":
+        fabric, shown = fabric.turned_over(), f"the back of {shown}"
+    scene = overview(
+        fabric,
+        _light(options.light),
+        size_mm=options.size_mm,
+        width=options.width,
+        **_ground("ground", options),
+    )
+    return scene, shown
+
+
+def _compare(options: argparse.Namespace) -> None:
+    _check_output(options.output)
+    checked_dpi("--dpi", options.dpi)
+    subjects = [(Path(name).name, subject(name)) for name in options.inputs]
+    image = compare(
+        subjects,
+        _light(options.light),
+        size_mm=options.size_mm,
+        height=options.height,
+        spp=options.spp,
+        seed=options.seed,
+        threads=options.threads,
+        progress=_progress(options),
+        **_ground("ground", options),
+    )
+    image.save(options.output, dpi=options.dpi)
+    _say(options, f"{options.output}: {', '.join(label for label, _ in subjects)}")
 
 
 def _fit(options: argparse.Namespace) -> None:
@@ -288,6 +373,22 @@ def _light(name: str) -> str | tuple[Light, ...]:
     if Path(name).suffix.lower() in READABLE:
         return (EnvironmentLight.load(name),)
     return name
+
+
+def _ground(argument: str, options: argparse.Namespace) -> dict[str, Any]:
+    """Return the colour of the ground as an argument, if one was given."""
+    if options.ground is None:
+        return {}
+    if options.ground == "none":
+        return {argument: None}
+    try:
+        display = ImageColor.getrgb(options.ground)[:3]
+    except ValueError:
+        raise ValueError(
+            f"--ground: must be a colour such as '#d0d0d0' or 'white', or 'none', not"
+            f" {options.ground!r}"
+        ) from None
+    return {argument: decode(np.divide(display, 255))}
 
 
 def _check_output(path: Path) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -68,6 +68,21 @@ class Draft:
     weft_thickness: FloatArray
     title: str = ""
     notes: str = ""
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            pattern: WeavePattern,
+            warp_colors: ArrayLike,
+            weft_colors: ArrayLike,
+            warp_spacing: ArrayLike,
+            weft_spacing: ArrayLike,
+            warp_thickness: ArrayLike,
+            weft_thickness: ArrayLike,
+            title: str = ...,
+            notes: str = ...,
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         if not isinstance(self.pattern, WeavePattern):

@@ -1,15 +1,18 @@
 """Woven fabrics: a weave pattern, the yarns that follow it, and how close they lie."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Annotated, Self
+from typing import TYPE_CHECKING, Annotated, Any, Self
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from plycloth import _plycloth
 from plycloth._check import (
     POSITIVE,
     UNIT,
+    NumberOrNumbers,
     ParameterError,
     array,
     instance,
@@ -30,8 +33,10 @@ if TYPE_CHECKING:
 
 FloatArray = NDArray[np.float64]
 AnyYarn = Annotated[Yarn, instance(RoundYarn, FlatYarn)]
+AnyPattern = Annotated[WeavePattern, instance(WeavePattern)]
 Spacing = Annotated[float | FloatArray, number_or_array(POSITIVE)]
 Colors = Annotated[FloatArray | None, optional(array((None, 3), UNIT))]
+Stiffness = Annotated[float, number(POSITIVE)]
 
 # Half widths beyond this many mean spacings reach past the centre of the second neighbour.
 MAX_HALF_WIDTH = 2.0
@@ -82,14 +87,28 @@ class Fabric(Saved):
         If a value is not of the kind named.
     """
 
-    pattern: Annotated[WeavePattern, instance(WeavePattern)]
+    pattern: AnyPattern
     warp: AnyYarn
     weft: AnyYarn
     warp_spacing_mm: Spacing
     weft_spacing_mm: Spacing
     warp_colors: Colors = None
     weft_colors: Colors = None
-    collision_stiffness: Annotated[float, number(POSITIVE)] = 100.0
+    collision_stiffness: Stiffness = 100.0
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            pattern: WeavePattern,
+            warp: Yarn,
+            weft: Yarn,
+            warp_spacing_mm: NumberOrNumbers,
+            weft_spacing_mm: NumberOrNumbers,
+            warp_colors: ArrayLike | None = ...,
+            weft_colors: ArrayLike | None = ...,
+            collision_stiffness: float = ...,
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -103,7 +122,7 @@ class Fabric(Saved):
         _check_pitch("weft", self.weft, self.warp_spacing_mm)
 
     @classmethod
-    def from_draft(cls, draft: "Draft", warp: Yarn | None = None, weft: Yarn | None = None) -> Self:
+    def from_draft(cls, draft: Draft, warp: Yarn | None = None, weft: Yarn | None = None) -> Self:
         """Make the fabric that a draft describes.
 
         Parameters
@@ -160,11 +179,24 @@ class Fabric(Saved):
         warp, weft = _plycloth.fitted(self)
         return replace(self, warp=_resized(self.warp, *warp), weft=_resized(self.weft, *weft))
 
+    def turned_over(self) -> Self:
+        """Return the same cloth with its back to the viewer, turned about the warp direction.
+
+        What was on the left is on the right then, and ends that were on the face are on the back.
+        """
+        return replace(
+            self,
+            pattern=self.pattern.flipped(),
+            warp=_reversed(self.warp),
+            warp_spacing_mm=_reversed(self.warp_spacing_mm),
+            warp_colors=_reversed(self.warp_colors),
+        )
+
     def overlaps_of(self, depth_mm: FloatArray) -> Overlaps:
         """Return depths (picks x ends, in millimetres) with what they are measured by."""
         return Overlaps(self.pattern, depth_mm, min(self.warp.thickness, self.weft.thickness))
 
-    def relaxed(self) -> "Relaxed":
+    def relaxed(self) -> Relaxed:
         """Relax the yarns' heights (section 3.1).
 
         Lengths in the result are in units of weave space, `unit_mm` millimetres each.
@@ -206,6 +238,11 @@ class Fabric(Saved):
         scale, so a fabric is relaxed where its spacing is 1, whatever it is in millimetres.
         """
         return 0.5 * float(np.mean(self.warp_spacing_mm) + np.mean(self.weft_spacing_mm))
+
+
+def _reversed(values: Any) -> Any:
+    """Return the values of yarns in the opposite order, or the one that stands for all."""
+    return values[::-1] if isinstance(values, np.ndarray | tuple) else values
 
 
 def _per_yarn(spacing: float | FloatArray, count: int) -> FloatArray:

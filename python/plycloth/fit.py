@@ -16,6 +16,8 @@ negative by parameters that make much noise; a step that follows its slope, but 
 squares of the mean slopes, does not look for them.
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial

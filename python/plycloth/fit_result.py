@@ -1,5 +1,7 @@
 """What a fit found, and how it shows itself."""
 
+from __future__ import annotations
+
 import base64
 import html
 import io
@@ -216,7 +218,7 @@ class FitResult:
         values = compiled.cell_averages((cells, cells), paths, seed, max_depth, threads)
         return values * self.lenses[picture].gain((cells, cells))[0]
 
-    def plot(self) -> "Figure":
+    def plot(self) -> Figure:
         """Draw each target beside its fit, and the objective from round to round."""
         from matplotlib.figure import Figure
 

@@ -1,5 +1,7 @@
 """What pictures tell about each unknown of a fit, and which unknowns trade with each other."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,10 @@
 """Pictures in linear light: hold, write, show and compare them."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -40,6 +43,10 @@ class Image(ImageValues):
     pixels: npt.NDArray[np.float32]
     variance: npt.NDArray[np.float32] | None = None
 
+    if TYPE_CHECKING:
+
+        def __init__(self, pixels: npt.ArrayLike, variance: npt.ArrayLike | None = ...) -> None: ...
+
     def __post_init__(self) -> None:
         pixels = _owned(self.pixels)
         if pixels.ndim != 3 or pixels.shape[2] != 3 or pixels.size == 0:
@@ -60,7 +67,7 @@ class Image(ImageValues):
     @classmethod
     def adopt(
         cls, pixels: npt.NDArray[np.float32], variance: npt.NDArray[np.float32] | None
-    ) -> "Image":
+    ) -> Image:
         """Make a picture of arrays that nobody else holds: they are neither copied nor checked."""
         image = object.__new__(cls)
         for name, values in (("pixels", pixels), ("variance", variance)):
@@ -100,7 +107,7 @@ class Image(ImageValues):
 
     __hash__ = None  # type: ignore[assignment]
 
-    def __reduce__(self) -> tuple[type["Image"], tuple[object, ...]]:
+    def __reduce__(self) -> tuple[type[Image], tuple[object, ...]]:
         # Made anew, a copy is read-only again.
         return Image, (self.pixels, self.variance)
 
@@ -138,7 +145,7 @@ class Image(ImageValues):
         suffix = checked_suffix(path, WRITABLE)
         Path(path).write_bytes(encode_file(self.pixels, suffix, gamma, dpi))
 
-    def z_scores(self, other: "Image") -> npt.NDArray[np.float64]:
+    def z_scores(self, other: Image) -> npt.NDArray[np.float64]:
         """How many standard deviations lie between two independent renders, value by value.
 
         Parameters

@@ -1,5 +1,7 @@
 """What a camera's lens does to a picture: exposure, falloff towards the corners, blur."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Annotated
@@ -12,6 +14,8 @@ from plycloth._value import Description
 from plycloth.image import Image
 
 FloatArray = NDArray[np.float64]
+Exposure = Annotated[float, number(POSITIVE)]
+NonNegative = Annotated[float, number(NON_NEGATIVE)]
 
 # The falloff is averaged over so many points a side of each cell.
 FINE = 8
@@ -45,9 +49,9 @@ class Lens(Description):
         If a value is not a number.
     """
 
-    exposure: Annotated[float, number(POSITIVE)] = 1.0
-    falloff: Annotated[float, number(NON_NEGATIVE)] = 0.0
-    blur: Annotated[float, number(NON_NEGATIVE)] = 0.0
+    exposure: Exposure = 1.0
+    falloff: NonNegative = 0.0
+    blur: NonNegative = 0.0
 
     def develop(self, image: Image) -> Image:
         """Return a rendered picture as the camera takes it; with its variance if nothing blurs."""

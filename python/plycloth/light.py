@@ -1,18 +1,22 @@
 """Lights. Colours are linear RGB; a single number stands for a grey."""
 
+from __future__ import annotations
+
 import warnings
 from dataclasses import dataclass, field, replace
 from os import PathLike, fspath
 from pathlib import Path
-from typing import Annotated, Self
+from typing import TYPE_CHECKING, Annotated, Self
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from plycloth._check import (
     FINITE,
     RADIOMETRIC,
     Direction,
+    NumberOrNumbers,
+    Numbers,
     ParameterError,
     Point,
     Rgb,
@@ -25,13 +29,22 @@ from plycloth._check import (
 from plycloth._value import Description
 
 Emission = Annotated[Rgb, rgb(RADIOMETRIC)]
+Radiance = Annotated[NDArray[np.float32], array((None, None, 3), RADIOMETRIC, np.float32)]
+Scale = Annotated[float, number(RADIOMETRIC)]
+Angle = Annotated[float, number(FINITE)]
+OptionalPath = Annotated[str | None, optional(instance(str))]
 
 # The sine of the smallest angle between a rectangle's edges at which it still has an area.
 MIN_SINE_OF_EDGES = 1e-6
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class PointLight(Description):
+class Emitter(Description):
+    """What all lights are, so that type checkers know what a list of different ones holds."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class PointLight(Emitter):
     """A light that shines from one point in all directions.
 
     Parameters
@@ -53,9 +66,13 @@ class PointLight(Description):
     position: Point
     intensity: Emission
 
+    if TYPE_CHECKING:
+
+        def __init__(self, position: Numbers, intensity: NumberOrNumbers) -> None: ...
+
 
 @dataclass(frozen=True, eq=False, repr=False)
-class DirectionalLight(Description):
+class DirectionalLight(Emitter):
     """A light so far away that its rays are parallel, as the sun's.
 
     Parameters
@@ -76,9 +93,13 @@ class DirectionalLight(Description):
     direction: Direction
     irradiance: Emission
 
+    if TYPE_CHECKING:
+
+        def __init__(self, direction: Numbers, irradiance: NumberOrNumbers) -> None: ...
+
 
 @dataclass(frozen=True, eq=False, repr=False)
-class RectangleLight(Description):
+class RectangleLight(Emitter):
     """A parallelogram that shines to one side, alike in all directions.
 
     Parameters
@@ -103,6 +124,12 @@ class RectangleLight(Description):
     edge_v: Point
     radiance: Emission
 
+    if TYPE_CHECKING:
+
+        def __init__(
+            self, center: Numbers, edge_u: Numbers, edge_v: Numbers, radiance: NumberOrNumbers
+        ) -> None: ...
+
     def __post_init__(self) -> None:
         super().__post_init__()
         for name in ("edge_u", "edge_v"):
@@ -120,7 +147,7 @@ class RectangleLight(Description):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ConstantLight(Description):
+class ConstantLight(Emitter):
     """Surroundings that shine alike from everywhere.
 
     Parameters
@@ -138,9 +165,13 @@ class ConstantLight(Description):
 
     radiance: Emission
 
+    if TYPE_CHECKING:
+
+        def __init__(self, radiance: NumberOrNumbers) -> None: ...
+
 
 @dataclass(frozen=True, eq=False, repr=False)
-class EnvironmentLight(Description):
+class EnvironmentLight(Emitter):
     """Surroundings that shine as an image in latitude and longitude says; up is +y.
 
     Two are equal if image, scale and rotation are; where the image came from does not matter.
@@ -165,10 +196,20 @@ class EnvironmentLight(Description):
         If a value is not of the kind named.
     """
 
-    image: Annotated[NDArray[np.float32], array((None, None, 3), RADIOMETRIC, np.float32)]
-    scale: Annotated[float, number(RADIOMETRIC)] = 1.0
-    rotation: Annotated[float, number(FINITE)] = 0.0
-    path: Annotated[str | None, optional(instance(str))] = field(default=None, compare=False)
+    image: Radiance
+    scale: Scale = 1.0
+    rotation: Angle = 0.0
+    path: OptionalPath = field(default=None, compare=False)
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            image: ArrayLike,
+            scale: float = ...,
+            rotation: float = ...,
+            path: str | None = ...,
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         super().__post_init__()

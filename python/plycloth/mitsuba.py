@@ -53,10 +53,15 @@ def to_mitsuba(scene: Scene, folder: str | Path, *, max_depth: int | None = None
     Raises
     ------
     ParameterError
-        If a yarn is flat, pressed, coloured, or has the ply BSDF.
+        If a yarn is flat, pressed, coloured, or has the ply BSDF, or the scene has a background.
     ImportError
         If mitsuba is not installed, or no variant is chosen.
     """
+    if scene.background is not None:
+        raise ParameterError(
+            "Scene.background must be None: Mitsuba has no light that is only seen;"
+            " overview(..., ground=None) gives none"
+        )
     plugin = {
         "type": "scene",
         "integrator": {"type": "path", "max_depth": UNLIMITED if max_depth is None else max_depth},

@@ -1,5 +1,7 @@
 """Where the yarns of a fabric overlap."""
 
+from __future__ import annotations
+
 import io
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated
@@ -13,6 +15,10 @@ from plycloth.weave import WeavePattern
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+AnyPattern = Annotated[WeavePattern, instance(WeavePattern)]
+Depths = Annotated[NDArray[np.float64], array((None, None), NON_NEGATIVE)]
+Length = Annotated[float, number(POSITIVE)]
 
 # As in plycloth's core (src/cloth/fitting.rs).
 TOLERANCE = 0.02
@@ -42,9 +48,9 @@ class Overlaps(Description):
         Thickness of the thinner yarn.
     """
 
-    pattern: Annotated[WeavePattern, instance(WeavePattern)]
-    depth_mm: Annotated[NDArray[np.float64], array((None, None), NON_NEGATIVE)]
-    thickness_mm: Annotated[float, number(POSITIVE)]
+    pattern: AnyPattern
+    depth_mm: Depths
+    thickness_mm: Length
 
     @property
     def count(self) -> int:
@@ -74,7 +80,7 @@ class Overlaps(Description):
             f" {self.worst_mm:.3g} mm ({part} the thinner yarn's thickness)"
         )
 
-    def plot(self) -> "Figure":
+    def plot(self) -> Figure:
         """Draw the depths over the drawdown, the first pick at the top; dark is the warp."""
         from matplotlib.figure import Figure
 

@@ -1,14 +1,16 @@
 """A ready view of a fabric: from straight above, in a pleasing light."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Sequence
 
 import numpy as np
 
-from plycloth._check import ParameterError, integer, known_name
+from plycloth._check import NumberOrNumbers, ParameterError, instance, integer, known_name
 from plycloth.camera import OrthographicCamera
 from plycloth.fabric import Fabric
-from plycloth.light import DirectionalLight, EnvironmentLight, Light
+from plycloth.light import DirectionalLight, Emitter, EnvironmentLight, Light
 from plycloth.scene import Scene, Swatch, checked_lights
 
 # What reaches the cloth from sun and sky together. Half of what cloth does not absorb leaves on its
@@ -30,7 +32,11 @@ LIGHTINGS = tuple(SUNS)
 PIXELS_PER_YARN = 16
 SHORTEST_SIDE, LONGEST_SIDE = 512, 1024
 
+GROUND = (0.05, 0.05, 0.05)
+"""What `overview` shows through gaps: a grey ground in the shade of the cloth."""
+
 _width = integer(1, 65536)
+_cut = instance(bool)
 
 
 def lighting(name: str) -> tuple[Light, ...]:
@@ -60,12 +66,16 @@ def lighting(name: str) -> tuple[Light, ...]:
 
 def overview(
     fabric: Fabric,
-    light: str | Sequence[Light] = "day",
+    light: str | Sequence[Emitter] = "day",
     *,
-    size_mm: tuple[float, float] | None = None,
+    size_mm: NumberOrNumbers | None = None,
     width: int | None = None,
+    ground: NumberOrNumbers | None = GROUND,
+    cut: bool = False,
 ) -> Scene:
-    """Return the scene of a swatch that fills the picture, seen straight on from afar.
+    """Return the scene of a piece of cloth that fills the picture, seen straight on from afar.
+
+    The cloth goes on beyond the picture, its pattern repeated.
 
     Parameters
     ----------
@@ -74,19 +84,26 @@ def overview(
     light
         A name that `lighting` knows, or lights of your own.
     size_mm
-        Width and height of the swatch in millimetres. None: one repeat, as a whole draft.
+        Width and height of the piece in millimetres, or one number for a square. None: one repeat,
+        as a whole draft.
     width
-        Of the picture in pixels; its height follows from the swatch's. None: 16 pixels per yarn,
+        Of the picture in pixels; its height follows from the piece's. None: 16 pixels per yarn,
         but at least 512 and at most 1024 pixels along the longer side.
+    ground
+        What is seen through gaps in the cloth, linear RGB. It lights nothing. None: the lights
+        that stand there, if any; the named ones leave gaps black.
+    cut
+        Whether the cloth ends where the picture does, so that light enters by its cut edge.
 
     Raises
     ------
     ParameterError
         If a value lies outside its range, or there is no such lighting.
     TypeError
-        If `light` is neither a name nor lights.
+        If `light` is neither a name nor lights, or another value is not of the kind named.
     """
     swatch = Swatch(fabric, size_mm)
+    shown = swatch if _cut("cut", cut) else swatch.extended()
     width_mm, height_mm = swatch.extent_mm
     pixels = _default_width(swatch) if width is None else _width("width", width)
     # Rounded down: what lies beside the swatch must not be seen.
@@ -100,7 +117,7 @@ def overview(
         resolution=(pixels, rows),
     )
     lights = lighting(light) if isinstance(light, str) else checked_lights("light", light)
-    return Scene(swatch, camera, lights)
+    return Scene(shown, camera, lights, ground)
 
 
 def _default_width(swatch: Swatch) -> int:
@@ -117,7 +134,7 @@ def _direction(azimuth: float, elevation: float) -> tuple[float, float, float]:
 
 
 def _sky(radiance: float) -> EnvironmentLight:
-    """Return a sky over the face of the cloth alone, so that gaps between yarns stay dark."""
+    """Return a sky over the face of the cloth alone, so that its back gets none."""
     # Columns run from -z over +x to +z in the middle: the inner two of four face the cloth.
     face = np.array([0.0, radiance, radiance, 0.0])
     return EnvironmentLight(np.repeat(face[None, :, None], 3, axis=2))

@@ -4,6 +4,8 @@ The optics are fitted; what the photographs leave open (weave, yarns, how cloth 
 placed on the rig) is searched around it.
 """
 
+from __future__ import annotations
+
 import warnings
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace

@@ -1,5 +1,7 @@
 """What a photograph leaves open about a cloth's geometry, and where to look for it."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -39,7 +41,7 @@ class YarnGuess:
         """Return the length of a way straight through the yarn, in millimetres."""
         return (THICKNESS if self.flat else 1.0) * self.cover * spacing_mm
 
-    def variations(self, *, cross_sections: bool) -> list["YarnGuess"]:
+    def variations(self, *, cross_sections: bool) -> list[YarnGuess]:
         """List yarns a little narrower and wider, and, if wanted, of the other cross section."""
         covers = [factor * self.cover for factor in COVER_FACTORS]
         others = [replace(self, cover=cover) for cover in covers if cover <= LARGEST_COVER]
@@ -97,7 +99,7 @@ class Geometry:
             "eta": (1.05, 3.0),
         }
 
-    def variations(self, *, cross_sections: bool) -> list["Geometry"]:
+    def variations(self, *, cross_sections: bool) -> list[Geometry]:
         """List the geometry with one of its yarns varied."""
         warps, wefts = (
             yarn.variations(cross_sections=cross_sections) for yarn in (self.warp, self.weft)

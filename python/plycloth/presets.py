@@ -6,6 +6,8 @@ Their plies are ellipses of fibers that overlap a little; here they are circles 
 optical parameters are the defaults of `PlyBsdf`, which nobody measured.
 """
 
+from __future__ import annotations
+
 from plycloth._check import choice
 from plycloth.bsdf import PlyBsdf
 from plycloth.yarn import RoundYarn

@@ -1,5 +1,7 @@
 """Yarn relaxation: heights of the yarns of a weave, after Montazeri et al. 2020, section 3.1."""
 
+from __future__ import annotations
+
 import io
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated
@@ -66,7 +68,7 @@ class Relaxed(Description):
     warp_spacing: Annotated[FloatArray, _spacings]
     weft_spacing: Annotated[FloatArray, _spacings]
 
-    def plot(self, *, ends: int = 4) -> "Figure":
+    def plot(self, *, ends: int = 4) -> Figure:
         """Draw the first ends from the side, and the picks that they cross as dots.
 
         Parameters

@@ -1,5 +1,7 @@
 """Pictures of scenes by path tracing."""
 
+from __future__ import annotations
+
 import warnings
 from typing import Any
 
@@ -152,7 +154,7 @@ class Renderer:
         """
         return Image.adopt(*self._film.image())
 
-    def merge(self, other: "Renderer") -> None:
+    def merge(self, other: Renderer) -> None:
         """Add the samples that another Renderer of the same scene has taken with another seed.
 
         The picture is then that of all samples, whichever seed they are of; `run` goes on with

@@ -1,13 +1,16 @@
 """The photo rig: one camera straight above the cloth, a lamp in front of it and one behind it."""
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from plycloth._check import (
     COORDINATE,
     FINITE,
     POSITIVE,
+    Numbers,
     ParameterError,
     Point,
     Range,
@@ -23,6 +26,8 @@ from plycloth.scene import Scene, Swatch
 
 Vector = tuple[float, float, float]
 Length = Annotated[float, number(POSITIVE)]
+Angle = Annotated[float, number(Range(0.0, 180.0, exclusive=True))]
+Positive = Annotated[float, number(POSITIVE)]
 
 LAMPS = ("front", "back")
 
@@ -30,7 +35,7 @@ _lamp = choice(*LAMPS)
 _rotation = number(FINITE)
 _offset = vector(3, number(COORDINATE))
 
-# The swatch reaches a little beyond the picture, so that no edge is seen.
+# What the swatch shows by itself reaches a little beyond the picture.
 MARGIN = 1.05
 
 
@@ -65,11 +70,23 @@ class PhotoRig(Saved):
     """
 
     camera_height: Length = 8.0
-    field_of_view: Annotated[float, number(Range(0.0, 180.0, exclusive=True))] = 53.0
+    field_of_view: Angle = 53.0
     front_lamp: Point = (0.0, 8.0, 8.0)
     back_lamp: Point = (0.0, 0.0, -9.0)
-    intensity: Annotated[float, number(POSITIVE)] = 300.0
-    gamma: Annotated[float, number(POSITIVE)] = 2.2
+    intensity: Positive = 300.0
+    gamma: Positive = 2.2
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            camera_height: float = ...,
+            field_of_view: float = ...,
+            front_lamp: Numbers = ...,
+            back_lamp: Numbers = ...,
+            intensity: float = ...,
+            gamma: float = ...,
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -139,7 +156,7 @@ def photo_rig(
     )
     x, y, z = (a + b for a, b in zip(position, offset, strict=True))
     light = PointLight(position=_turned((x, y, z), -rotation), intensity=(rig.intensity,) * 3)
-    return Scene(Swatch(fabric, (side, side)), camera, (light,))
+    return Scene(Swatch(fabric, (side, side)).extended(), camera, (light,))
 
 
 def _turned(point: Vector, degrees: float) -> Vector:

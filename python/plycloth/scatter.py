@@ -7,9 +7,11 @@ other as numpy does it, and results have the shape that this gives. Values over 
 computed in parallel.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,6 +21,7 @@ from plycloth._check import (
     FINITE,
     POSITIVE,
     UNIT,
+    NumberOrNumbers,
     ParameterError,
     Range,
     arrays,
@@ -29,10 +32,12 @@ from plycloth._check import (
     rgb,
 )
 from plycloth._value import Description
-from plycloth.bsdf import PlyBsdf, Roughness
+from plycloth.bsdf import Eta, PlyBsdf, Roughness
 
 Array = NDArray[np.float64]
 Shape = tuple[int, ...]
+AnyPlyBsdf = Annotated[PlyBsdf, instance(PlyBsdf)]
+Length = Annotated[float, number(POSITIVE)]
 
 ETA = Range(1.01, 3.0)
 
@@ -74,8 +79,12 @@ class Interface(Description):
         If a value is not of the kind named.
     """
 
-    eta: Annotated[float, number(ETA)] = 1.5
+    eta: Eta = 1.5
     roughness: Roughness = (0.2, 0.3)
+
+    if TYPE_CHECKING:
+
+        def __init__(self, eta: float = ..., roughness: NumberOrNumbers = ...) -> None: ...
 
     def eval(self, wo: ArrayLike, wi: ArrayLike) -> Array:
         """Scattering from `wo` into `wi`, with the cosine of `wi`.
@@ -207,8 +216,8 @@ class PlyLobes(Description):
         If a value is not of the kind named.
     """
 
-    bsdf: Annotated[PlyBsdf, instance(PlyBsdf)]
-    thickness_mm: Annotated[float, number(POSITIVE)] = 0.1
+    bsdf: AnyPlyBsdf
+    thickness_mm: Length = 0.1
 
     @property
     def entry(self) -> Interface:

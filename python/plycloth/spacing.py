@@ -1,5 +1,7 @@
 """Thread spacing from a photograph of cloth, by the peaks of its spectrum."""
 
+from __future__ import annotations
+
 import base64
 import io
 from dataclasses import dataclass, field
@@ -58,7 +60,7 @@ class Spacing:
     on_lattice: tuple[bool, ...]
     spectrum: FloatArray = field(repr=False, compare=False)
 
-    def plot(self, ax: "Axes | None" = None) -> "Axes":
+    def plot(self, ax: Axes | None = None) -> Axes:
         """Draw the spectrum, its peaks (filled if explained) and the yarns' own frequencies.
 
         Parameters

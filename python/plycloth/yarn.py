@@ -1,5 +1,7 @@
 """Yarns: what a thread of the cloth is made of and how it looks."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -10,12 +12,14 @@ from plycloth._check import FINITE, POSITIVE, ParameterError, instance, integer,
 from plycloth._value import Description
 from plycloth.bsdf import Bsdf, DiffuseBsdf, PlyBsdf
 
+MAX_PLIES = 12
+
 Length = Annotated[float, number(POSITIVE)]
 OptionalLength = Annotated[float | None, optional(number(POSITIVE))]
 Stiffness = Annotated[float, number(POSITIVE)]
+Plies = Annotated[int, integer(1, MAX_PLIES)]
+Pitch = Annotated[float | None, optional(number(FINITE))]
 AnyBsdf = Annotated[Bsdf, instance(PlyBsdf, DiffuseBsdf)]
-
-MAX_PLIES = 12
 
 # A ratio to a bound is rounded: one part in 1e9 above it is still within.
 ROUNDING = 1e-9
@@ -70,8 +74,8 @@ class RoundYarn(Description):
 
     radius_mm: Length
     bsdf: AnyBsdf
-    plies: Annotated[int, integer(1, MAX_PLIES)] = 3
-    pitch_mm: Annotated[float | None, optional(number(FINITE))] = None
+    plies: Plies = 3
+    pitch_mm: Pitch = None
     ply_radius_mm: OptionalLength = None
     stiffness: Stiffness = 1.0
     thickness_mm: OptionalLength = None

@@ -308,6 +308,12 @@ pub fn camera(place: &str, object: &Bound<'_, PyAny>) -> PyResult<Camera> {
     Ok(Camera::new(origin, target, up, projection, resolution)?)
 }
 
+/// What the camera of a scene sees behind the cloth, if that is not the lights.
+pub fn background(scene: &Bound<'_, PyAny>) -> PyResult<Option<Rgb>> {
+    let color: Option<Triple> = scene.getattr("background")?.extract()?;
+    Ok(color.map(Rgb::from))
+}
+
 #[derive(FromPyObject)]
 struct PointDescription {
     position: Triple,

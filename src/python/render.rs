@@ -57,6 +57,7 @@ impl CompiledScene {
             describe::light(&format!("Scene.lights[{number}]"), &light?)
         };
         let lights = lights.try_iter()?.enumerate().map(light).collect::<PyResult<_>>()?;
+        let background = describe::background(scene)?;
         let shapes = [spec.warp.shape, spec.weft.shape];
         let py = scene.py();
         let spec = spec.bottom_up();
@@ -65,7 +66,7 @@ impl CompiledScene {
             let swatch = Swatch::of(&spec, &relaxed, size, control)?;
             Ok((relaxed, swatch, palette.materials(control)?))
         })?;
-        let scene = Scene { swatch, shapes, materials, camera, lights: Lights(lights) };
+        let scene = Scene { swatch, shapes, materials, camera, lights: Lights(lights), background };
         Ok(Self { scene, spec, relaxed })
     }
 

@@ -150,8 +150,15 @@ impl<R: Recorder> Path<'_, R> {
             return None;
         }
         if hit.is_none() {
-            for surroundings in lights.surroundings(ray.direction) {
-                self.add_emitted(surroundings, scattered_pdf);
+            match self.scene.background {
+                Some(background) if scattered_pdf.is_none() => {
+                    self.add_emitted((background, 0.0), scattered_pdf);
+                }
+                _ => {
+                    for surroundings in lights.surroundings(ray.direction) {
+                        self.add_emitted(surroundings, scattered_pdf);
+                    }
+                }
             }
         }
         hit.map(|hit| self.scene.interaction(ray, &hit))

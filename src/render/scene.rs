@@ -46,6 +46,8 @@ pub struct Scene {
     pub camera: Camera,
     /// What shines.
     pub lights: Lights,
+    /// What the camera sees where nothing stands in its way, in place of the lights there.
+    pub background: Option<Rgb>,
 }
 
 /// A surface seen at less than this cosine is turned a little towards the eye: shading normals are

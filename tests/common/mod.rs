@@ -105,6 +105,7 @@ pub fn scene(spec: &ClothSpec, size: f64, material: Material, lights: Vec<Light>
         },
         camera: camera.unwrap(),
         lights: Lights(lights),
+        background: None,
     }
 }
 
