@@ -12,7 +12,7 @@ __version__: str
 
 def decode_exr(data: bytes) -> npt.NDArray[np.float32]: ...
 def fitted(
-    fabric: object, threads: int | None = None
+    fabric: object, threads: int | None = None, progress: object = None
 ) -> tuple[tuple[float, float, float], tuple[float, float, float]]: ...
 def overlaps(fabric: object, threads: int | None = None) -> npt.NDArray[np.float64]: ...
 def encode_exr(pixels: npt.NDArray[np.float32]) -> bytes: ...
@@ -21,6 +21,7 @@ def relax(
     warp: tuple[npt.NDArray[np.float64], npt.NDArray[np.float64], npt.NDArray[np.float64]],
     weft: tuple[npt.NDArray[np.float64], npt.NDArray[np.float64], npt.NDArray[np.float64]],
     collision_stiffness: float,
+    progress: object = None,
 ) -> tuple[
     float,
     float,
@@ -31,7 +32,9 @@ def relax(
 
 @final
 class CompiledScene:
-    def __new__(cls, scene: object, threads: int | None = None) -> Self: ...
+    def __new__(
+        cls, scene: object, threads: int | None = None, progress: object = None
+    ) -> Self: ...
     def overlaps(self, threads: int | None = None) -> npt.NDArray[np.float64]: ...
     def cell_averages(
         self,
