@@ -460,6 +460,7 @@ PADDED = {
 }
 
 
+@pytest.mark.filterwarnings("ignore::plycloth.WifWarning")  # others, of the same file
 def test_threads_that_hold_nothing_at_the_margins_are_left_out_with_a_warning(read):
     message = "of 7 picks x 9 ends 4 x 4 are kept: .* interlace with nothing"
     with pytest.warns(pc.WifWarning, match=message):
