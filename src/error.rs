@@ -24,6 +24,14 @@ pub enum Error {
         /// Norm of the gradient that was left.
         gradient_norm: f64,
     },
+    /// Memory that the work needs and that the process or the machine cannot give.
+    #[error("{work} takes {:.1} GB of memory, which is more than there is", *bytes as f64 / 1e9)]
+    OutOfMemory {
+        /// What was to be done.
+        work: String,
+        /// How much it takes.
+        bytes: u64,
+    },
     /// The stop flag was raised while work was under way.
     #[error("stopped")]
     Stopped,

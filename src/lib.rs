@@ -10,6 +10,7 @@ pub mod control;
 pub mod error;
 pub mod image;
 pub mod math;
+pub mod memory;
 pub mod render;
 pub mod sampling;
 pub mod scatter;

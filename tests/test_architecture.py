@@ -9,7 +9,7 @@ SRC = Path(__file__).parents[1] / "src"
 
 # From the bottom up; modules on one line are neighbours and do not use each other. The ground
 # (errors, the stop flag, picture files) may be used from every floor and uses none of them.
-GROUND = {"control", "error", "image"}
+GROUND = {"control", "error", "image", "memory"}
 FLOORS = [{"math", "sampling"}, {"accel"}, {"weave", "scatter"}, {"cloth"}, {"render"}, {"python"}]
 LEVEL = {name: level for level, names in enumerate(FLOORS, start=1) for name in names}
 

@@ -68,6 +68,21 @@ def test_render_is_that_of_the_package(draft, tmp_path):
     assert np.array_equal(pc.read_image(tmp_path / "out.exr").pixels, expected.pixels)
 
 
+def test_untrimmed_keeps_what_interlaces_with_nothing(tmp_path, capsys):
+    weave = np.pad(pc.WeavePattern.twill(2, 2).warp_up, [(0, 0), (0, 4)])
+    path = tmp_path / "padded.wif"
+    options = ["--width", "8", "--spp", "1"]
+    pc.write_wif(pc.Draft.from_pattern(pc.WeavePattern(weave)), path)
+    assert main(["render", str(path), "-o", str(tmp_path / "a.png"), *options]) == 0
+    captured = capsys.readouterr()
+    assert "4 picks x 4 ends" in captured.out
+    assert "of 4 picks x 8 ends 4 x 4 are kept" in captured.err
+    assert main(["render", str(path), "-o", str(tmp_path / "b.png"), *options, "--untrimmed"]) == 0
+    captured = capsys.readouterr()
+    assert "4 picks x 8 ends" in captured.out
+    assert "are kept" not in captured.err
+
+
 def test_render_takes_a_size_a_yarn_and_an_environment(draft, tmp_path):
     pc.Image(np.ones((2, 4, 3), np.float32)).save(tmp_path / "sky.exr")
     options = ["--size-mm", "8", "2", "--yarn", "rayon1", "--light", str(tmp_path / "sky.exr")]

@@ -92,3 +92,38 @@ def test_the_drawdown_has_the_colours_of_the_yarns():
     shown = np.asarray(Image.open(io.BytesIO(draft._repr_png_())))[8::16, 8::16]
     assert (shown[0] == [warp[0], weft[0], warp[2]]).all()
     assert (shown[1] == [weft[1], warp[1], weft[1]]).all()
+
+
+def padded(before, after, *, picks_up=False, ends_up=False):
+    """Return a 2/1 twill of 3 x 6 between threads that hold nothing, all up or all down."""
+    twill = np.tile(pc.WeavePattern.twill(2, 1).warp_up, (1, 2))
+    margins = [(before, after), (after, before)]
+    wide = np.pad(twill, [(0, 0), margins[0]], constant_values=ends_up)
+    return twill, np.pad(wide, [margins[1], (0, 0)], constant_values=picks_up)
+
+
+@pytest.mark.parametrize("picks_up", [False, True])
+@pytest.mark.parametrize("ends_up", [False, True])
+@pytest.mark.parametrize(("before", "after"), [(0, 3), (2, 0), (1, 2)])
+def test_threads_that_interlace_with_nothing_are_trimmed(before, after, picks_up, ends_up):
+    twill, weave = padded(before, after, picks_up=picks_up, ends_up=ends_up)
+    picks, ends = weave.shape
+    draft = pc.Draft.from_pattern(
+        pc.WeavePattern(weave),
+        warp_spacing=np.arange(1.0, ends + 1),
+        weft_colors=np.linspace(0, 1, 3 * picks).reshape(picks, 3),
+        title="padded",
+    )
+    trimmed = draft.trimmed()
+    assert (trimmed.pattern.warp_up == twill).all()
+    assert (trimmed.warp_spacing == np.arange(1.0, ends + 1)[before : before + 6]).all()
+    assert (trimmed.weft_colors == draft.weft_colors[after : after + 3]).all()
+    assert trimmed.title == "padded"
+    assert trimmed.trimmed() is trimmed
+
+
+def test_threads_between_others_stay_and_nothing_is_left_of_nothing():
+    gap = pc.WeavePattern([[1, 0, 0], [0, 0, 1]])
+    for weave in (gap, pc.WeavePattern(np.ones((4, 5))), pc.WeavePattern(np.tri(5))):
+        draft = pc.Draft.from_pattern(weave)
+        assert draft.trimmed() is draft

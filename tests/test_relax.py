@@ -14,6 +14,10 @@ from scipy.optimize import minimize
 GAUSS_NODES, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(3)  # exact for the squared slope
 
 
+RELAX = "pc.relax(up, warp_radius=0.4, weft_radius=0.4)"
+OVERLAPS = "pc.Fabric(pc.WeavePattern(up), *[pc.preset('cotton1')] * 2, 1.0, 1.0).overlaps()"
+
+
 def knots_of(slots):
     """Boundaries and middles of the slots, closed by the period."""
     ends = np.cumsum(slots)
@@ -233,3 +237,59 @@ def test_interrupt_stops_it():
             pc.relax(up, warp_radius=0.4, weft_radius=0.4)
     finally:
         signal.signal(signal.SIGALRM, previous)
+
+
+def corner(size):
+    """Return a weave of which 6 picks and 4 ends interlace, and all else lies under all ends."""
+    up = np.ones((size, size), bool)
+    up[:6, :4] = np.random.default_rng(1).random((6, 4)) < 0.5
+    return up
+
+
+def test_threads_that_hold_nothing_cost_nothing():
+    few = pc.relax(corner(60), warp_radius=0.4, weft_radius=0.4)
+    many = pc.relax(corner(1200), warp_radius=0.4, weft_radius=0.4)
+    assert max(few.iterations, many.iterations) < 20
+    # Longer floats pull a little less.
+    assert 0.95 * few.energy < many.energy < few.energy
+
+
+@pytest.mark.parametrize("size", [7, 11])
+def test_their_minimum_is_that_of_another_minimiser(size):
+    rng = np.random.default_rng(size)
+    warp, weft = per_yarn(rng, size, 1.5), per_yarn(rng, size, 1.5)
+    cell = Cell(corner(size), warp, weft, collision_stiffness=1.0)
+    relaxed = relax_cell(cell, corner(size))
+    assert relaxed.energy == pytest.approx(cell.minimum(), rel=1e-6, abs=1e-9)
+
+
+def test_progress_is_told_to_its_end():
+    up = np.random.default_rng(3).random((150, 150)) < 0.5
+    calls = []
+    pc.relax(
+        up,
+        warp_radius=0.4,
+        weft_radius=0.4,
+        progress=lambda done, total: calls.append((done, total)),
+    )
+    assert calls[-1] == (100, 100)
+    assert calls == sorted(calls)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="limits memory as Linux does")
+@pytest.mark.parametrize("what", [RELAX, OVERLAPS])
+def test_memory_that_cannot_be_had_is_an_error(what):
+    script = f"""
+import resource
+import numpy as np
+import plycloth as pc
+up = np.random.default_rng(3).random((4000, 4000)) < 0.5
+resource.setrlimit(resource.RLIMIT_AS, (3 * 2**29, 3 * 2**29))
+try:
+    {what}
+except MemoryError as error:
+    assert "relaxing 4000 picks x 4000 ends takes 1.6 GB of memory" in str(error), error
+else:
+    raise AssertionError("no error")
+"""
+    subprocess.run([sys.executable, "-c", script], check=True, timeout=120)

@@ -32,12 +32,12 @@ def text_of(changes=None) -> str:
 def read(tmp_path):
     """Read a file of this text, of these bytes, or of the twill with these sections changed."""
 
-    def read(content) -> pc.Draft:
+    def read(content, *, trim=False) -> pc.Draft:
         if not isinstance(content, bytes):
             content = (content if isinstance(content, str) else text_of(content)).encode()
         path = tmp_path / "draft.wif"
         path.write_bytes(content)
-        return pc.read_wif(path)
+        return pc.read_wif(path, trim=trim)
 
     return read
 
@@ -448,7 +448,39 @@ def test_what_is_written_reads_back_equal(tmp_path, seed):
     draft = random_draft(seed)
     path = tmp_path / "draft.wif"
     pc.write_wif(draft, path)
-    assert pc.read_wif(path) == draft
+    assert pc.read_wif(path, trim=False) == draft
+
+
+PADDED = {
+    "WARP": "Threads=9\nColor=1\nUnits=Centimeters\nSpacing=0.1\nThickness=0.08",
+    "WARP COLORS": "3=3\n8=3",
+    "WEFT": "Threads=7\nColor=2\nUnits=Centimeters\nSpacing=0.2\nThickness=0.16",
+    "THREADING": "3=1\n4=2\n5=3\n6=4",
+    "TREADLING": "2=1\n3=2\n4=3\n5=4",
+}
+
+
+@pytest.mark.filterwarnings("ignore::plycloth.WifWarning")  # others, of the same file
+def test_threads_that_hold_nothing_at_the_margins_are_left_out_with_a_warning(read):
+    message = "of 7 picks x 9 ends 4 x 4 are kept: .* interlace with nothing"
+    with pytest.warns(pc.WifWarning, match=message):
+        draft = read(PADDED, trim=True)
+    assert draft.pattern == pc.WeavePattern.twill(2, 2)
+    assert (draft.warp_colors[0] == BLUE).all()
+    assert (draft.warp_colors[1:] == RED).all()
+    assert draft.warp_spacing.shape == draft.weft_thickness.shape == (4,)
+
+
+@pytest.mark.filterwarnings("ignore::plycloth.WifWarning")
+def test_untrimmed_they_stay(read):
+    draft = read(PADDED)
+    assert draft.pattern.warp_up.shape == (7, 9)
+    assert draft.trimmed() == read(PADDED, trim=True)
+
+
+def test_trim_is_a_bool(read):
+    with pytest.raises(TypeError, match="trim must be a bool"):
+        read({}, trim="no")
 
 
 def test_a_thickness_beyond_the_spacing_survives_and_warns(tmp_path):

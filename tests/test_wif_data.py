@@ -161,7 +161,7 @@ def test_every_file_is_in_a_table():
 def quietly_read(name: str) -> tuple[pc.Draft, list[str]]:
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        draft = pc.read_wif(FOLDER / name)
+        draft = pc.read_wif(FOLDER / name, trim=False)
     assert all(one.category is pc.WifWarning for one in caught)
     return draft, [str(one.message) for one in caught]
 
@@ -248,7 +248,7 @@ def test_files_read_as_a_person_reads_them(name):
 def test_files_survive_being_written(name, tmp_path):
     draft, _ = quietly_read(name)
     pc.write_wif(draft, tmp_path / "draft.wif")
-    assert pc.read_wif(tmp_path / "draft.wif") == draft
+    assert pc.read_wif(tmp_path / "draft.wif", trim=False) == draft
 
 
 def test_two_writings_of_one_draft_agree():
@@ -258,3 +258,15 @@ def test_two_writings_of_one_draft_agree():
     )
     assert plan == treadled
     assert plan.notes == "iWeaveIt Import"
+
+
+@pytest.mark.filterwarnings("ignore::plycloth.WifWarning", "ignore::plycloth.OverlapWarning")
+@pytest.mark.parametrize("trim", [True, False])
+@pytest.mark.parametrize("name", READ)
+def test_every_file_renders(name, trim):
+    draft = pc.read_wif(FOLDER / name, trim=trim)
+    yarn = pc.RoundYarn(radius_mm=0.3 * draft.warp_spacing.min(), bsdf=pc.PlyBsdf(), plies=1)
+    fabric = pc.Fabric.from_draft(draft, yarn, yarn)
+    picture = pc.render(pc.overview(fabric, width=16), spp=1, progress=False)
+    assert np.isfinite(picture.pixels).all()
+    assert picture.pixels.mean() > 0

@@ -16,7 +16,7 @@ def decode_exr(
 ) -> tuple[npt.NDArray[np.float32], str, list[str]]: ...
 def decode_radiance(data: bytes) -> npt.NDArray[np.float32]: ...
 def fitted(
-    fabric: object, threads: int | None = None
+    fabric: object, threads: int | None = None, progress: object = None
 ) -> tuple[tuple[float, float, float], tuple[float, float, float]]: ...
 def overlaps(fabric: object, threads: int | None = None) -> npt.NDArray[np.float64]: ...
 def encode_exr(pixels: npt.NDArray[np.float32], dpi: float | None = None) -> bytes: ...
@@ -25,6 +25,7 @@ def relax(
     warp: tuple[npt.NDArray[np.float64], npt.NDArray[np.float64], npt.NDArray[np.float64]],
     weft: tuple[npt.NDArray[np.float64], npt.NDArray[np.float64], npt.NDArray[np.float64]],
     collision_stiffness: float,
+    progress: object = None,
 ) -> tuple[
     float,
     float,
@@ -36,7 +37,9 @@ def to_srgb(codes: npt.NDArray[np.float32], profile: bytes) -> npt.NDArray[np.fl
 
 @final
 class CompiledScene:
-    def __new__(cls, scene: object, threads: int | None = None) -> Self: ...
+    def __new__(
+        cls, scene: object, threads: int | None = None, progress: object = None
+    ) -> Self: ...
     def overlaps(self, threads: int | None = None) -> npt.NDArray[np.float64]: ...
     def cell_averages(
         self,

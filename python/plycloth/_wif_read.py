@@ -7,6 +7,7 @@ import warnings
 from os import PathLike, fspath
 from pathlib import Path
 
+from plycloth._check import instance
 from plycloth._wif_shed import read_shed, treading_section
 from plycloth._wif_text import Wif, WifWarning, parse
 from plycloth._wif_yarns import Palette, read_colors, read_lengths
@@ -23,7 +24,7 @@ _SECTION = re.compile(
 MOST_YARNS = 1_000_000
 
 
-def read_wif(path: str | PathLike[str]) -> Draft:
+def read_wif(path: str | PathLike[str], *, trim: bool = True) -> Draft:
     """Read a weaving draft from a WIF (Weaving Information File, version 1.1).
 
     Of what the file says twice, the tie-up and treadling win over the lift plan, the later of
@@ -37,11 +38,15 @@ def read_wif(path: str | PathLike[str]) -> Draft:
     ----------
     path
         The file, in UTF-8 or else Latin-1.
+    trim
+        Whether threads at the margins are left out that interlace with nothing (`Draft.trimmed`),
+        with a warning: programs pad drafts with them.
 
     Returns
     -------
     Draft
-        The first pick and the first end of the file are the first of its pattern.
+        The first pick and the first end of the file are the first of its pattern, unless they
+        were left out.
 
     Raises
     ------
@@ -58,9 +63,22 @@ def read_wif(path: str | PathLike[str]) -> Draft:
     """
     wif = parse(Path(path).read_bytes(), fspath(path), _is_read)
     draft = _interpret(wif)
+    if instance(bool)("trim", trim):
+        draft = _trimmed(wif, draft)
     for oddity in wif.oddities:
         warnings.warn(oddity, WifWarning, stacklevel=2)
     return draft
+
+
+def _trimmed(wif: Wif, draft: Draft) -> Draft:
+    trimmed = draft.trimmed()
+    if trimmed is not draft:
+        wif.note(
+            f"of {draft.pattern.picks} picks x {draft.pattern.ends} ends {trimmed.pattern.picks} x"
+            f" {trimmed.pattern.ends} are kept: the others, at the margins, interlace with nothing"
+            " (trim=False keeps them)"
+        )
+    return trimmed
 
 
 def _is_read(section: str) -> bool:

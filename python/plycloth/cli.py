@@ -65,7 +65,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         print("plycloth: interrupted", file=sys.stderr)
         return INTERRUPTED
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, MemoryError) as error:
         print(f"plycloth: error: {_one_line(error)}", file=sys.stderr)
         return BAD_INPUT
     return 0
@@ -107,6 +107,11 @@ def _add_render(commands: Any) -> None:
         nargs=2,
         metavar=("WIDTH", "HEIGHT"),
         help="render a piece of this size, the draft repeated (default: the draft once)",
+    )
+    add(
+        "--untrimmed",
+        action="store_true",
+        help="keep threads at the draft's margins that interlace with nothing",
     )
     add(
         "--yarn",
@@ -254,6 +259,8 @@ def _scene(options: argparse.Namespace) -> tuple[Scene, str]:
     if options.draft.suffix.lower() == ".json":
         if options.yarn is not None:
             raise ValueError("--yarn: is for a draft; a saved fabric has its own yarns")
+        if options.untrimmed:
+            raise ValueError("--untrimmed: is for a draft; a saved fabric has all its yarns")
         saved = load(options.draft)
         if isinstance(saved, Scene):
             if options.fit_yarns:
@@ -264,16 +271,16 @@ def _scene(options: argparse.Namespace) -> tuple[Scene, str]:
         if not isinstance(saved, Fabric):
             kind = type(saved).__name__
             raise ValueError(f"{options.draft}: holds a {kind}, but must hold a Fabric or a Scene")
-        fabric = saved.fitted() if options.fit_yarns else saved
+        fabric = saved.fitted(progress=_progress(options)) if options.fit_yarns else saved
         shown = f"the fabric {options.draft}"
     else:
-        draft = read_wif(options.draft)
+        draft = read_wif(options.draft, trim=not options.untrimmed)
         shown = repr(draft)
         if options.yarn is None:
-            fabric = Fabric.from_draft(draft)
+            fabric = Fabric.from_draft(draft, progress=_progress(options))
         else:
             yarn = _scaled_preset(options.yarn, draft)
-            fabric = Fabric.from_draft(draft, yarn, yarn).fitted()
+            fabric = Fabric.from_draft(draft, yarn, yarn).fitted(progress=_progress(options))
     if options.side == "back":
         fabric, shown = fabric.turned_over(), f"the back of {shown}"
     scene = overview(
@@ -411,7 +418,7 @@ def _say(options: argparse.Namespace, text: str) -> None:
         print(text)
 
 
-def _one_line(error: OSError | ValueError) -> str:
+def _one_line(error: OSError | ValueError | MemoryError) -> str:
     if isinstance(error, OSError) and error.filename is not None:
         return f"{error.filename}: {error.strerror}"
     return " ".join(str(error).split())

@@ -1,5 +1,7 @@
 """The plies of a swatch as curves: arrays of points and radii, for other programs."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np

@@ -27,7 +27,7 @@ class Draft:
 
     A draft is a value: frozen, its arrays read-only, compared and hashed by content, picklable.
     In a notebook it shows itself as a drawdown in the yarns' colours. `from_pattern` has defaults
-    for everything but the pattern.
+    for everything but the pattern; `trimmed` leaves out threads that hold nothing.
 
     Parameters
     ----------
@@ -129,6 +129,33 @@ class Draft:
             notes,
         )
 
+    def trimmed(self) -> Draft:
+        """Leave out the threads at the margins that interlace with nothing.
+
+        An end interlaces with nothing if it is up, or down, at all picks that are left, and a pick
+        likewise. Weaving programs pad drafts with such threads; no force holds them in the cloth.
+        Those between others stay. A draft of which nothing would be left comes back whole.
+
+        Returns
+        -------
+        Draft
+            It, or one of fewer threads.
+        """
+        picks, ends = _interlacing(self.pattern.warp_up)
+        if (picks, ends) == (slice(0, self.pattern.picks), slice(0, self.pattern.ends)):
+            return self
+        return Draft(
+            WeavePattern(self.pattern.warp_up[picks, ends]),
+            self.warp_colors[ends],
+            self.weft_colors[picks],
+            self.warp_spacing[ends],
+            self.weft_spacing[picks],
+            self.warp_thickness[ends],
+            self.weft_thickness[picks],
+            self.title,
+            self.notes,
+        )
+
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Draft):
             return NotImplemented
@@ -156,6 +183,28 @@ class Draft:
 
     def _store(self, name: str, check: Any, count: int) -> None:
         object.__setattr__(self, name, check(name, getattr(self, name), count))
+
+
+def _interlacing(warp_up: NDArray[np.bool_]) -> tuple[slice, slice]:
+    """Return the picks and the ends from the first to the last that interlace with any of these."""
+    whole = slice(0, warp_up.shape[0]), slice(0, warp_up.shape[1])
+    picks, ends = whole
+    while True:
+        part = warp_up[picks, ends]
+        kept_picks = _within(picks, np.asarray(part.any(axis=1) & ~part.all(axis=1)))
+        kept_ends = _within(ends, np.asarray(part.any(axis=0) & ~part.all(axis=0)))
+        if kept_picks is None or kept_ends is None:
+            return whole
+        if (kept_picks, kept_ends) == (picks, ends):
+            return picks, ends
+        picks, ends = kept_picks, kept_ends
+
+
+def _within(yarns: slice, interlaces: NDArray[np.bool_]) -> slice | None:
+    found = np.flatnonzero(interlaces)
+    if not found.size:
+        return None
+    return slice(yarns.start + int(found[0]), yarns.start + int(found[-1]) + 1)
 
 
 def _colors(name: str, values: ArrayLike, count: int) -> FloatArray:

@@ -24,6 +24,7 @@ from plycloth._color import decode
 from plycloth._saved import Saved
 from plycloth.bsdf import PlyBsdf
 from plycloth.overlap import Overlaps
+from plycloth.progress import Progress, relaxing
 from plycloth.weave import WeavePattern
 from plycloth.yarn import FlatYarn, RoundYarn, Yarn
 
@@ -122,7 +123,14 @@ class Fabric(Saved):
         _check_pitch("weft", self.weft, self.warp_spacing_mm)
 
     @classmethod
-    def from_draft(cls, draft: Draft, warp: Yarn | None = None, weft: Yarn | None = None) -> Self:
+    def from_draft(
+        cls,
+        draft: Draft,
+        warp: Yarn | None = None,
+        weft: Yarn | None = None,
+        *,
+        progress: Progress = None,
+    ) -> Self:
         """Make the fabric that a draft describes.
 
         Parameters
@@ -133,6 +141,8 @@ class Fabric(Saved):
             The yarns. None: a three-ply yarn whose radius is half the median thickness that the
             draft gives, pressed and if need be narrowed as `fitted` does it, and whose plies are as
             white as bleached cotton where the draft is white. A yarn that is given stays as it is.
+        progress
+            As for `fitted`.
 
         Raises
         ------
@@ -154,7 +164,7 @@ class Fabric(Saved):
         )
         if warp is not None and weft is not None:
             return fabric
-        fitted = fabric.fitted()
+        fitted = fabric.fitted(progress=progress)
         return replace(fitted, warp=warp or fitted.warp, weft=weft or fitted.weft)
 
     def overlaps(self) -> Overlaps:
@@ -165,7 +175,7 @@ class Fabric(Saved):
         """
         return self.overlaps_of(_plycloth.overlaps(self))
 
-    def fitted(self) -> Self:
+    def fitted(self, *, progress: Progress = None) -> Self:
         """Return the fabric with yarns that do not overlap by more than 2% of their thickness.
 
         Yarns that overlap are pressed oval: as wide as they were, but no wider than half the least
@@ -175,8 +185,15 @@ class Fabric(Saved):
         that touch there cut into each other beside it. Ribbons keep their width as far as it does
         not exceed the distance between neighbours. Plies, pitch and BSDF stay. The time is that
         of one relaxation, up to two short ones, and some tests of all crossings.
+
+        Parameters
+        ----------
+        progress
+            None: a bar where a person watches, after half a second; False: none; or a callable of
+            (done, None), since it is not known before how many relaxations it takes.
         """
-        warp, weft = _plycloth.fitted(self)
+        with relaxing(progress, total=None) as report:
+            warp, weft = _plycloth.fitted(self, progress=report)
         return replace(self, warp=_resized(self.warp, *warp), weft=_resized(self.weft, *weft))
 
     def turned_over(self) -> Self:

@@ -9,7 +9,7 @@ from PIL import Image as PilImage
 
 from plycloth import _plycloth
 from plycloth._check import Range, number, optional
-from plycloth._color import encode
+from plycloth._color import to_codes
 from plycloth.image_file import ImageError
 
 Pixels = npt.NDArray[np.float32]
@@ -57,7 +57,7 @@ def _encode_codes(
             f"pixels: {missing} of {width * height} are NaN, which a {file_format} cannot "
             "hold; save them as .exr to look into it"
         )
-    codes = np.round(encode(pixels, gamma) * 255).astype(np.uint8)
+    codes = to_codes(pixels, gamma)
     resolution = {} if dpi is None else {"dpi": (dpi, dpi)}
     data = io.BytesIO()
     try:

@@ -3,7 +3,8 @@
 import sys
 import warnings
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
+from typing import Any
 
 from tqdm import TqdmWarning
 
@@ -18,7 +19,12 @@ Progress = bool | Callable[[int, int], object] | None
 
 @contextmanager
 def reporting(
-    progress: Progress, total: int, *, description: str = "", unit: str = "it"
+    progress: Progress,
+    total: int | None,
+    *,
+    description: str = "",
+    unit: str = "it",
+    delay: float = 0.0,
 ) -> Iterator[Callable[[int], None] | None]:
     """Turn a ``progress=`` argument into what the core calls while it works.
 
@@ -27,10 +33,12 @@ def reporting(
     progress : None, bool or callable
         None shows a bar if a person watches (a terminal or a notebook), True shows one in any
         case, False shows nothing, and a callable is called with (done, total).
-    total : int
-        Units of work that make the whole.
+    total : int or None
+        Units of work that make the whole; None: a bar shows what is done and the time.
     description, unit : str
         What the bar says in front, and what it counts.
+    delay : float
+        Seconds before a bar shows: what is done by then shows none.
 
     Yields
     ------
@@ -51,7 +59,9 @@ def reporting(
         yield None
     elif progress is None or progress is True:
         with (
-            tqdm(total=total, desc=description or None, unit=unit) as bar,
+            tqdm(
+                total=total, desc=description or None, unit=unit, delay=delay, leave=not delay
+            ) as bar,
             _completed(lambda done, _: bar.update(done - bar.n), total) as report,
         ):
             yield report
@@ -61,8 +71,25 @@ def reporting(
         )
 
 
+def relaxing(
+    progress: Progress, total: int | None = 100
+) -> AbstractContextManager[Callable[[int], None] | None]:
+    """Report a relaxation, by a bar only if it takes longer than half a second.
+
+    Parameters
+    ----------
+    progress : None, bool or callable
+        As for `reporting`.
+    total : int or None
+        Units that the core counts, 100 for one relaxation; None for an unknown number of them.
+    """
+    return reporting(progress, total, description="relax", unit="%", delay=0.5)
+
+
 @contextmanager
-def _completed(report: Callable[[int, int], object], total: int) -> Iterator[Callable[[int], None]]:
+def _completed(
+    report: Callable[[int, Any], object], total: int | None
+) -> Iterator[Callable[[int], None]]:
     last = None
 
     def call(done: int) -> None:
@@ -71,7 +98,7 @@ def _completed(report: Callable[[int, int], object], total: int) -> Iterator[Cal
         report(done, total)
 
     yield call
-    if last != total:
+    if total is not None and last != total:
         call(total)
 
 

@@ -21,6 +21,7 @@ from plycloth._check import (
     number_or_array,
 )
 from plycloth._value import Description
+from plycloth.progress import Progress, relaxing
 from plycloth.weave import WeavePattern
 
 if TYPE_CHECKING:
@@ -101,6 +102,7 @@ def relax(
     collision_stiffness: float = 1.0,
     warp_spacing: ArrayLike = 1.0,
     weft_spacing: ArrayLike = 1.0,
+    progress: Progress = None,
 ) -> Relaxed:
     """Find the yarn heights of least energy of a weave repeated over the plane.
 
@@ -108,7 +110,11 @@ def relax(
     Fabrics", with a strain term per yarn (Eq. 2) and a collision term per crossing (Eq. 3). The
     pattern says which yarn is on top at each crossing. Among such heights the energy is convex;
     its minimum leaves open a common shift, taken such that the mean height of all crossings is
-    zero, and how far yarns that nothing holds together lie apart.
+    zero, and how far yarns that nothing holds together lie apart: these are laid onto each other.
+
+    Time grows with the crossings of yarns that hold each other, and with about the square root of
+    their longest floats; threads that interlace with nothing cost next to nothing. The memory is
+    about 100 bytes for each crossing, 64 of them the result.
 
     Parameters
     ----------
@@ -123,6 +129,9 @@ def relax(
     warp_spacing, weft_spacing : float or array_like
         Width of a yarn's slot across its own direction, one for all yarns or one per yarn. A warp
         yarn's period is the sum of the weft's slots, and the other way round.
+    progress
+        None: a bar where a person watches, after half a second; False: none; or a callable of
+        (done, total). Ctrl-C ends the work.
 
     Returns
     -------
@@ -137,6 +146,8 @@ def relax(
         If the pattern is empty, not two-dimensional, or holds anything but 0 and 1.
     TypeError
         If a value is no number at all.
+    MemoryError
+        If there is not as much memory as it takes.
     RuntimeError
         If the minimum cannot be found because the numbers are too many orders of magnitude apart.
     """
@@ -148,8 +159,7 @@ def relax(
         _per_yarn("warp_spacing", warp_spacing, ends),
         _per_yarn("weft_spacing", weft_spacing, picks),
     )
-    energy, gradient_norm, iterations, warp, weft = _plycloth.relax(
-        warp_up,
+    yarns = (
         (
             _per_yarn("warp_radius", warp_radius, ends),
             _per_yarn("warp_stiffness", warp_stiffness, ends),
@@ -160,8 +170,12 @@ def relax(
             _per_yarn("weft_stiffness", weft_stiffness, picks),
             spacing[1],
         ),
-        _positive("collision_stiffness", collision_stiffness),
     )
+    stiffness = _positive("collision_stiffness", collision_stiffness)
+    with relaxing(progress) as report:
+        energy, gradient_norm, iterations, warp, weft = _plycloth.relax(
+            warp_up, *yarns, stiffness, report
+        )
     return Relaxed(energy, gradient_norm, iterations, *warp, *weft, *spacing)
 
 

@@ -9,7 +9,7 @@ from plycloth import _plycloth
 from plycloth._check import ParameterError, instance, integer, optional
 from plycloth.image import Image
 from plycloth.overlap import WORTH_A_WARNING, OverlapWarning
-from plycloth.progress import Progress, reporting
+from plycloth.progress import Progress, relaxing, reporting
 from plycloth.scene import Scene
 
 MAX_SEED = 2**64 - 1
@@ -33,7 +33,7 @@ class Renderer:
     Every sample depends on (seed, pixel, sample) alone: the picture is the same bit for bit for
     any number of threads and passes, stopped in between or not. Time grows with the number of
     samples, memory with the number of pixels (21 bytes each, and 24 in its image) and of different
-    2 x 2 blocks of crossings.
+    2 x 2 blocks of crossings that are seen: of cloth that repeats it is the same whatever its size.
 
     All methods may be called from any thread, also while another one runs, and from the callback
     of `progress`. A Renderer can be pickled, with all the samples it has taken, and gone on with
@@ -54,11 +54,16 @@ class Renderer:
         behind the cloth, for more time per sample.
     threads
         Threads to use, unless `run` is given another number; None: one per processor.
+    progress
+        Of the relaxation. None: a bar where a person watches, after half a second; False: none; or
+        a callable of (done, total). Ctrl-C ends it within a second.
 
     Raises
     ------
     ValueError
         If a number lies outside its range.
+    MemoryError
+        If the cloth has more crossings than there is memory for.
     TypeError
         If `scene` is not a Scene, a number is not whole, or `both_sides` not a bool.
 
@@ -76,6 +81,7 @@ class Renderer:
         max_depth: int | None = None,
         both_sides: bool = False,
         threads: int | None = None,
+        progress: Progress = None,
     ) -> None:
         if not isinstance(scene, Scene):
             raise TypeError(f"scene must be a Scene, not {type(scene).__name__}")
@@ -85,11 +91,12 @@ class Renderer:
         self.max_depth = _depth("max_depth", max_depth)
         self.both_sides = _both_sides("both_sides", both_sides)
         self._seeds = frozenset([self.seed])
-        self._compile()
+        self._compile(progress)
         self._warn_of_overlaps()
 
-    def _compile(self) -> None:
-        self._compiled = _plycloth.CompiledScene(self.scene, self._threads)
+    def _compile(self, progress: Progress = None) -> None:
+        with relaxing(progress) as report:
+            self._compiled = _plycloth.CompiledScene(self.scene, self._threads, report)
         self._film = _plycloth.CompiledFilm(
             self._compiled, self.seed, self.max_depth, self.both_sides
         )
@@ -101,7 +108,7 @@ class Renderer:
     def __setstate__(self, state: dict[str, Any]) -> None:
         film = state.pop("film")
         vars(self).update(state)
-        self._compile()
+        self._compile(progress=False)
         self._film.restore(*film)
 
     def _warn_of_overlaps(self) -> None:
@@ -220,7 +227,13 @@ def render(
         If yarns pass through each other by more than 10% of the thinner one's thickness.
     """
     renderer = Renderer(
-        scene, seed=seed, max_depth=max_depth, both_sides=both_sides, threads=threads
+        scene,
+        seed=seed,
+        max_depth=max_depth,
+        both_sides=both_sides,
+        threads=threads,
+        # A callable counts samples.
+        progress=False if callable(progress) else progress,
     )
     renderer.run(spp, progress=progress)
     return renderer.image()

@@ -69,6 +69,11 @@ impl Met {
 pub struct Bvh(Vec<Node>);
 
 impl Bvh {
+    /// How much memory the hierarchy takes.
+    pub fn bytes(&self) -> usize {
+        size_of_val(&self.0[..])
+    }
+
     /// Builds the hierarchy over numbered boxes; the cost grows as n log n.
     pub fn new(boxes: &[(u32, Bounds)]) -> Self {
         let whole = boxes.iter().fold(Bounds::EMPTY, |whole, (_, b)| whole.union(*b));

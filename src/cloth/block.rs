@@ -261,6 +261,18 @@ impl Block {
         }
     }
 
+    /// About how much memory it takes.
+    pub fn bytes(&self) -> usize {
+        let cuts = self.cuts.iter().map(|cuts| match cuts {
+            Cuts::Joints(joints, _) => size_of_val(&joints[..]),
+            Cuts::Edges(edges) => size_of_val(&edges[..]),
+        });
+        let near_of = self.near_of.iter().map(|near| size_of_val(&near[..]));
+        let strands = self.strands.iter().map(|strands| size_of_val(&strands[..]));
+        let own = size_of::<Self>() + size_of_val(&self.near[..]) + self.bvh.bytes();
+        own + cuts.chain(near_of).chain(strands).sum::<usize>()
+    }
+
     /// The strand that `piece` belongs to.
     #[inline]
     pub fn strand(&self, piece: Piece) -> &Strand {

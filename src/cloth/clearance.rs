@@ -255,7 +255,7 @@ impl<'a> Woven<'a> {
             YarnSet::Warp => &self.relaxed.warp,
             YarnSet::Weft => &self.relaxed.weft,
         };
-        CenterLine::new(&curves[yarn], slot, self.unit, self.scale)
+        CenterLine::new(&curves.yarn(yarn), slot, self.unit, self.scale)
     }
 
     /// How deep a yarn overlaps with the next ones of its set over a slot, where it is `here`.
@@ -297,10 +297,9 @@ mod tests {
 
     /// A curve over three slots of a millimetre, with heights and slopes up to these around `base`.
     fn line(sampler: &mut Sampler, base: f64, height: f64, slope: f64) -> CenterLine {
-        let mut values =
-            |base, most| (0..6).map(|_| base + most * (2.0 * sampler.next_1d() - 1.0)).collect();
-        let (height, slope) = (values(base, height), values(0.0, slope));
-        let knots = [0.0, 0.5, 1.0, 1.5, 2.0, 2.5].into();
+        let mut values = |base, most| [0; 6].map(|_| base + most * (2.0 * sampler.next_1d() - 1.0));
+        let (height, slope) = (&values(base, height), &values(0.0, slope));
+        let knots = &[0.0, 0.5, 1.0, 1.5, 2.0, 2.5];
         CenterLine::new(&HeightCurve { knots, period: 3.0, height, slope }, 1, 1.0, 1.0)
     }
 

@@ -139,7 +139,7 @@ impl Swatch {
         loop {
             let local = ray.shifted(place.corner);
             let Stretch { piece, t, end, surveyed } =
-                stretch(self.block(place.plan), place.piece, &local, start);
+                stretch(&self.block(place.plan), place.piece, &local, start);
             all_surveyed &= surveyed;
             place.piece = piece;
             let met = match end {

@@ -1,11 +1,16 @@
 //! The layout of a cloth: one tile of blocks, each with the plan of its yarns.
 
+use std::sync::Arc;
+
+use rayon::prelude::*;
+
 use super::block::{BlockPlan, YarnForms};
 use super::grid::Axis;
-use super::spec::{ClothSpec, YarnSpec};
+use super::spec::{ClothSpec, YarnShape};
 use super::twist::Twist;
 use super::yarn_path::{YarnPath, YarnSet};
-use crate::weave::curve::HeightCurve;
+use crate::weave::curve::HeightCurves;
+use crate::weave::relax::Relaxed;
 
 /// Ends and picks in a block: small blocks are traced fastest.
 const BLOCK_CROSSINGS: usize = 2;
@@ -21,10 +26,11 @@ const QUANTUM_OF_RADIUS: f64 = 1.0 / 16.0;
 const FINEST_QUANTUM: f64 = 1.0 / (1u64 << 50) as f64;
 
 /// One direction of yarns over the tile.
-struct YarnLayout<'a> {
-    spec: &'a YarnSpec,
-    /// Rounded heights and slopes at the knots of each yarn, in quanta.
-    knots: Vec<Vec<[i64; 2]>>,
+#[derive(Debug)]
+struct YarnLayout {
+    shape: YarnShape,
+    /// The width of each yarn's slot.
+    spacing: Vec<f64>,
     /// Yarns in the tile.
     count: usize,
     twist: Twist,
@@ -43,8 +49,10 @@ pub struct Placed {
 }
 
 /// The tile: the pattern, repeated until twists repeat too, but no larger than the swatch needs.
-pub struct Layout<'a> {
-    sets: [YarnLayout<'a>; 2],
+#[derive(Debug)]
+pub struct Layout {
+    sets: [YarnLayout; 2],
+    relaxed: Arc<Relaxed>,
     /// The shapes of its yarns.
     pub forms: YarnForms,
     /// The rounding of heights, relative to the mean spacing, and of slopes.
@@ -52,9 +60,9 @@ pub struct Layout<'a> {
     unit: f64,
 }
 
-impl<'a> Layout<'a> {
+impl Layout {
     /// The tile of a cloth whose yarns have the given heights, for a swatch of `size`.
-    pub fn new(spec: &'a ClothSpec, curves: [&[HeightCurve]; 2], size: [f64; 2]) -> Self {
+    pub fn new(spec: &ClothSpec, relaxed: Arc<Relaxed>, size: [f64; 2]) -> Self {
         let unit = spec.unit();
         let yarns = [&spec.warp, &spec.weft];
         let radii = yarns.map(|set| set.shape.collision_radius() / unit);
@@ -66,8 +74,8 @@ impl<'a> Layout<'a> {
             let whole = period * other.repeats(period);
             let needed = (size[axis] / spec.spacing.iter().sum::<f64>()).ceil() as usize * period;
             YarnLayout {
-                spec,
-                knots: curves[axis].iter().map(|curve| quantised(curve, quantum)).collect(),
+                shape: spec.shape,
+                spacing: spec.spacing.clone(),
                 count: needed.min(whole),
                 twist: Twist::new(&spec.shape, &crossing.spacing),
                 neighbours: (spec.shape.reach() / min(&spec.spacing)).ceil() as i64,
@@ -77,7 +85,7 @@ impl<'a> Layout<'a> {
             warp: (spec.warp.shape, sets[0].twist),
             weft: (spec.weft.shape, sets[1].twist),
         };
-        Self { sets, forms, quantum, unit }
+        Self { sets, relaxed, forms, quantum, unit }
     }
 
     /// The edges of its blocks along x and y.
@@ -105,12 +113,12 @@ impl<'a> Layout<'a> {
         [0, 1].map(|axis| self.sets[axis].count)
     }
 
-    /// The lowest and highest point of all centre lines.
+    /// The lowest and highest of all knots.
     pub fn height_range(&self) -> [f64; 2] {
-        let heights =
-            self.sets.iter().flat_map(|set| set.knots.iter().flatten().map(|knot| knot[0]));
-        let range = heights.fold([0, 0], |[low, high], h| [low.min(h), high.max(h)]);
-        range.map(|h| self.height(h))
+        let heights = self.relaxed.warp.height.par_iter().chain(&self.relaxed.weft.height);
+        let wider = |[low, high]: [f64; 2], [l, h]: [f64; 2]| [low.min(l), high.max(h)];
+        let range = heights.map(|&h| [h, h]).reduce(|| [0.0; 2], wider);
+        range.map(|h| self.height(self.rounded(h)))
     }
 
     /// The plan of a block, a key that equal plans share, and the height that the plan is seen from:
@@ -124,7 +132,8 @@ impl<'a> Layout<'a> {
             (ranges[axis][0]..ranges[axis][1]).map(|yarn| self.sets[axis].spacing(yarn)).sum()
         });
         let [ends, picks] = &self.sets;
-        let base = ends.knots[ends.index(ranges[0][0])][2 * picks.index(ranges[1][0])][0];
+        let (end, pick) = (ends.index(ranges[0][0]), picks.index(ranges[1][0]));
+        let base = self.rounded(self.relaxed.warp.yarn(end).height[2 * pick]);
         let mut key = vec![ranges[0][1] - ranges[0][0], ranges[1][1] - ranges[1][0]];
         let mut yarns = Vec::new();
         for (axis, direction) in [(0, YarnSet::Warp), (1, YarnSet::Weft)] {
@@ -150,17 +159,20 @@ impl<'a> Layout<'a> {
         key: &mut Vec<i64>,
     ) -> YarnPath {
         let (set, other) = (&self.sets[direction as usize], &self.sets[1 - direction as usize]);
-        let margin = set.margin(min(&other.spec.spacing));
+        let margin = set.margin(min(&other.spacing));
         let crossings = first - margin..last + margin;
         let slots: Vec<f64> = crossings.clone().map(|crossing| other.spacing(crossing)).collect();
-        let knots = &set.knots[set.index(yarn)];
+        let curve = self.curves(direction).yarn(set.index(yarn));
+        let knot = |index: usize| {
+            let index = index % curve.knots.len();
+            [self.rounded(curve.height[index]) - base, self.rounded(curve.slope[index])]
+        };
         let indices = crossings.clone().flat_map(|crossing| {
             let slot = 2 * other.index(crossing);
             [slot, slot + 1]
         });
         let end = 2 * other.index(crossings.end);
-        let knots: Vec<[i64; 2]> =
-            indices.chain([end]).map(|index| lowered(knots[index % knots.len()], base)).collect();
+        let knots: Vec<[i64; 2]> = indices.chain([end]).map(knot).collect();
         let phase = set.twist.phase(crossings.start);
         key.extend([phase, offset.to_bits() as i64]);
         key.extend(slots.iter().map(|slot| slot.to_bits() as i64));
@@ -171,20 +183,32 @@ impl<'a> Layout<'a> {
         YarnPath { set: direction, offset, start, slots, knots, phase }
     }
 
+    fn curves(&self, set: YarnSet) -> &HeightCurves {
+        match set {
+            YarnSet::Warp => &self.relaxed.warp,
+            YarnSet::Weft => &self.relaxed.weft,
+        }
+    }
+
+    /// A relaxed height or slope in quanta.
+    fn rounded(&self, value: f64) -> i64 {
+        (value / self.quantum).round() as i64
+    }
+
     /// Quanta of height in millimetres.
     fn height(&self, quanta: i64) -> f64 {
         quanta as f64 * self.quantum * self.unit
     }
 }
 
-impl YarnLayout<'_> {
+impl YarnLayout {
     /// The yarn of the pattern that is number `yarn` of the tile.
     fn index(&self, yarn: i64) -> usize {
-        yarn.rem_euclid(self.spec.spacing.len() as i64) as usize
+        yarn.rem_euclid(self.spacing.len() as i64) as usize
     }
 
     fn spacing(&self, yarn: i64) -> f64 {
-        self.spec.spacing[self.index(yarn)]
+        self.spacing[self.index(yarn)]
     }
 
     /// Where the centre of `yarn` lies, seen from the start of yarn `first`'s slot.
@@ -199,12 +223,8 @@ impl YarnLayout<'_> {
 
     /// Crossings to store beyond a block's edges: enough to follow most rays out of a ply.
     fn margin(&self, crossing: f64) -> i64 {
-        (3.0 * self.spec.shape.reach() / crossing).ceil().max(1.0) as i64
+        (3.0 * self.shape.reach() / crossing).ceil().max(1.0) as i64
     }
-}
-
-fn lowered([height, slope]: [i64; 2], base: i64) -> [i64; 2] {
-    [height - base, slope]
 }
 
 /// The rounding for yarns of at least the given collision radius (of a mean spacing of one): a power
@@ -212,11 +232,6 @@ fn lowered([height, slope]: [i64; 2], base: i64) -> [i64; 2] {
 fn quantum(radius: f64) -> f64 {
     let wanted = (QUANTUM_OF_RADIUS * radius).max(FINEST_QUANTUM);
     COARSEST_QUANTUM.min(wanted.log2().floor().exp2())
-}
-
-fn quantised(curve: &HeightCurve, quantum: f64) -> Vec<[i64; 2]> {
-    let round = |value: f64| (value / quantum).round() as i64;
-    curve.height.iter().zip(&curve.slope).map(|(&h, &slope)| [round(h), round(slope)]).collect()
 }
 
 fn min(values: &[f64]) -> f64 {

@@ -1,6 +1,7 @@
 //! Cloth as geometry: relaxed yarns, their plies, and the walk of a ray through a swatch.
 
 pub mod block;
+mod blocks;
 mod center_line;
 pub mod clearance;
 pub mod fitting;

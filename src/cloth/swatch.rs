@@ -1,17 +1,16 @@
 //! A flat swatch of cloth: one tile of blocks, repeated within a rectangle.
 //!
-//! Memory and start-up time grow with the number of *different* blocks, not with the size of the
-//! swatch; a ray costs as many block visits as its stretch inside the cloth crosses.
+//! Memory grows with the number of *different* blocks that rays visit, up to a limit, and not with the
+//! size of the swatch; a ray costs as many block visits as its stretch inside the cloth crosses.
 
-use std::collections::HashMap;
-use std::sync::OnceLock;
+use std::sync::Arc;
 
 use glam::DVec3;
-use rayon::prelude::*;
 
-use super::block::{Block, BlockPlan, Piece, Strand, SurfacePoint, YarnForms};
+use super::block::{Piece, Strand, SurfacePoint, YarnForms};
+use super::blocks::{BlockRef, Blocks};
 use super::grid::{Axis, Located, Visit, walk};
-use super::layout::{Layout, Placed};
+use super::layout::Layout;
 use super::spec::{ClothSpec, YarnShape};
 use super::yarn_path::YarnSet;
 use crate::accel::ray::Ray;
@@ -28,10 +27,7 @@ const SELF_HIT_DISTANCE: f64 = 1e-6;
 pub struct Swatch {
     forms: YarnForms,
     pub(super) axes: [Axis; 2],
-    plans: Vec<BlockPlan>,
-    blocks: Vec<OnceLock<Block>>,
-    /// Those of each block of the tile, row by row.
-    plan_of: Vec<PlanOf>,
+    blocks: Blocks,
     /// Ends and picks in the pattern.
     counts: [usize; 2],
     /// The first end and pick of each column and row of blocks.
@@ -98,41 +94,31 @@ impl Swatch {
     pub fn new(spec: &ClothSpec, size: [f64; 2], control: &Control) -> Result<Self> {
         let spec = spec.bottom_up();
         let relaxed = relax(&spec.relax_problem(), control)?;
-        Self::of(&spec, &relaxed, size, control)
+        Ok(Self::of(&spec, Arc::new(relaxed), size))
     }
 
     /// Lays out a cloth that is relaxed already; the picks of both are counted from the bottom.
-    pub fn of(
-        spec: &ClothSpec,
-        relaxed: &Relaxed,
-        size: [f64; 2],
-        control: &Control,
-    ) -> Result<Self> {
-        let layout = Layout::new(spec, [&relaxed.warp, &relaxed.weft], size);
-        let axes = layout.axes();
-        let [columns, rows] = [axes[0].len(), axes[1].len()];
-        let (plans, plan_of) = distinct(&layout, columns, rows, control)?;
+    pub fn of(spec: &ClothSpec, relaxed: Arc<Relaxed>, size: [f64; 2]) -> Self {
+        let layout = Layout::new(spec, relaxed, size);
         // A little more than the yarns' own: joints of bent plies are wider than the plies.
         let reach = 1.25 * spec.warp.shape.reach().max(spec.weft.shape.reach());
         let [low, high] = layout.height_range();
-        Ok(Self {
+        Self {
             forms: layout.forms,
-            blocks: plans.iter().map(|_| OnceLock::new()).collect(),
-            plans,
-            plan_of,
             counts: [spec.pattern.ends, spec.pattern.picks],
             first_yarn: [0, 1].map(|axis| layout.first_yarns(axis)),
             tile_yarns: layout.counts(),
-            axes,
+            axes: layout.axes(),
+            blocks: Blocks::new(layout),
             size,
             heights: [low - reach, high + reach],
             t_min: SELF_HIT_DISTANCE * spec.unit(),
-        })
+        }
     }
 
-    /// How many different blocks the swatch is made of.
+    /// How many different blocks the swatch is made of; this looks at all of them.
     pub fn distinct_blocks(&self) -> usize {
-        self.plans.len()
+        self.blocks.distinct()
     }
 
     /// The nearest yarn that the ray enters from outside, by its surface or by a cut end.
@@ -244,42 +230,53 @@ impl Swatch {
     /// The plan of a block, and where its corner lies.
     #[inline]
     pub(super) fn plan_at(&self, [x, y]: &[Located; 2]) -> (u32, DVec3) {
-        let (plan, height) = self.plan_of[y.block * self.axes[0].len() + x.block];
+        let (plan, height) = self.blocks.plan_of(y.block * self.axes[0].len() + x.block);
         (plan, DVec3::new(x.low, y.low, height))
     }
 
     #[inline]
-    pub(super) fn block(&self, plan: u32) -> &Block {
-        let plan = plan as usize;
-        self.blocks[plan].get_or_init(|| Block::new(&self.plans[plan], &self.forms))
+    pub(super) fn block(&self, plan: u32) -> BlockRef<'_> {
+        self.blocks.block(plan)
     }
 }
 
-/// The number of a block's plan, and the height at which the plan's zero lies.
-type PlanOf = (u32, f64);
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cloth::spec::YarnSpec;
+    use crate::weave::pattern::WeavePattern;
 
-/// The different plans of a tile, and for each of its blocks the number of its plan and its height.
-fn distinct(
-    layout: &Layout,
-    columns: usize,
-    rows: usize,
-    control: &Control,
-) -> Result<(Vec<BlockPlan>, Vec<PlanOf>)> {
-    let mut numbers = HashMap::new();
-    let mut plans = Vec::new();
-    let mut plan_of = Vec::with_capacity(columns * rows);
-    // A row at a time: plans that are there already are not kept.
-    for row in 0..rows {
-        control.check()?;
-        let placed: Vec<_> =
-            (0..columns).into_par_iter().map(|column| layout.block([column, row])).collect();
-        for Placed { key, plan, height } in placed {
-            let number = *numbers.entry(key).or_insert_with(|| {
-                plans.push(plan);
-                plans.len() as u32 - 1
-            });
-            plan_of.push((number, height));
-        }
+    fn twill() -> Swatch {
+        let shape = YarnShape::round(0.4, 3, 0.18, 3.0);
+        let yarns = || YarnSpec { shape, stiffness: 1.0, spacing: vec![1.0; 4] };
+        let warp_up = (0..16).map(|index| (index / 4 + index % 4) % 4 < 2).collect();
+        let spec = ClothSpec {
+            pattern: WeavePattern::new(4, 4, warp_up).unwrap(),
+            warp: yarns(),
+            weft: yarns(),
+            collision_stiffness: 100.0,
+        };
+        Swatch::new(&spec, [8.0, 8.0], &Control::default()).unwrap()
     }
-    Ok((plans, plan_of))
+
+    /// What rays from above meet, at many places.
+    fn hits(swatch: &Swatch) -> Vec<Option<(f64, DVec3, i64)>> {
+        let ray = |index: u32| {
+            let place = f64::from(index);
+            let origin = DVec3::new(3.9 * (0.7 * place).sin(), 3.9 * (1.3 * place).cos(), 5.0);
+            let direction = DVec3::new(0.2 * place.sin(), 0.3 * place.cos(), -1.0).normalize();
+            Ray { origin, direction }
+        };
+        let hit = |hit: Hit| (hit.t, hit.surface.normal, hit.place.number());
+        (0..2000).map(|index| swatch.nearest(&ray(index)).map(hit)).collect()
+    }
+
+    #[test]
+    fn blocks_that_there_is_no_room_for_are_the_same() {
+        let (kept, mut lent) = (twill(), twill());
+        lent.blocks.limit = 0;
+        let expected = hits(&kept);
+        assert!(expected.iter().flatten().count() > 1000);
+        assert!(hits(&lent) == expected);
+    }
 }

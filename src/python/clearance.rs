@@ -30,14 +30,15 @@ pub fn overlaps<'py>(
 /// How wide and high the yarns are to be so that none overlap: for warp and weft half the width, the
 /// thickness, and the collision radius, in millimetres.
 #[pyfunction]
-#[pyo3(signature = (fabric, threads=None))]
+#[pyo3(signature = (fabric, threads=None, progress=None))]
 pub fn fitted(
     py: Python<'_>,
     fabric: FabricDescription<'_>,
     threads: Option<usize>,
+    progress: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<[[f64; 3]; 2]> {
     let spec = fabric.cloth()?;
-    let shapes = gate::run(py, threads, None, |control| fitting::fitted(&spec, control))?;
+    let shapes = gate::run(py, threads, progress, |control| fitting::fitted(&spec, control))?;
     Ok(shapes.map(|shape| match shape {
         YarnShape::Round { radius, thickness, collision, .. } => [radius, thickness, collision],
         YarnShape::Flat { width, thickness } => [0.5 * width, thickness, 0.5 * thickness],

@@ -6,7 +6,7 @@ use std::sync::mpsc::{self, RecvTimeoutError};
 use std::thread;
 use std::time::Duration;
 
-use pyo3::exceptions::{PyKeyboardInterrupt, PyRuntimeError, PyValueError};
+use pyo3::exceptions::{PyKeyboardInterrupt, PyMemoryError, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use rayon::ThreadPoolBuilder;
 
@@ -21,6 +21,7 @@ impl From<Error> for PyErr {
         match error {
             Error::Invalid { .. } => PyValueError::new_err(error.to_string()),
             Error::NotConverged { .. } => PyRuntimeError::new_err(error.to_string()),
+            Error::OutOfMemory { .. } => PyMemoryError::new_err(error.to_string()),
             Error::Stopped => PyKeyboardInterrupt::new_err("stopped"),
         }
     }

@@ -1,5 +1,7 @@
 //! Scenes, pictures and recorded paths.
 
+use std::sync::Arc;
+
 use numpy::ndarray::Array3;
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArray3, PyReadonlyArray1};
 use pyo3::prelude::*;
@@ -38,14 +40,18 @@ pub struct CompiledScene {
     scene: Scene,
     /// What its swatch was made of, with picks counted from the bottom.
     spec: ClothSpec,
-    relaxed: Relaxed,
+    relaxed: Arc<Relaxed>,
 }
 
 #[pymethods]
 impl CompiledScene {
     #[new]
-    #[pyo3(signature = (scene, threads=None))]
-    fn new(scene: &Bound<'_, PyAny>, threads: Option<usize>) -> PyResult<Self> {
+    #[pyo3(signature = (scene, threads=None, progress=None))]
+    fn new(
+        scene: &Bound<'_, PyAny>,
+        threads: Option<usize>,
+        progress: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
         let swatch = scene.getattr("swatch")?;
         let size: [f64; 2] = swatch.getattr("extent_mm")?.extract()?;
         let fabric_object = swatch.getattr("fabric")?;
@@ -61,9 +67,9 @@ impl CompiledScene {
         let shapes = [spec.warp.shape, spec.weft.shape];
         let py = scene.py();
         let spec = spec.bottom_up();
-        let (relaxed, swatch, materials) = gate::run(py, threads, None, |control| {
-            let relaxed = relax(&spec.relax_problem(), control)?;
-            let swatch = Swatch::of(&spec, &relaxed, size, control)?;
+        let (relaxed, swatch, materials) = gate::run(py, threads, progress, |control| {
+            let relaxed = Arc::new(relax(&spec.relax_problem(), control)?);
+            let swatch = Swatch::of(&spec, relaxed.clone(), size);
             Ok((relaxed, swatch, palette.materials(control)?))
         })?;
         let scene = Scene { swatch, shapes, materials, camera, lights: Lights(lights), background };
@@ -77,7 +83,7 @@ impl CompiledScene {
         py: Python<'py>,
         threads: Option<usize>,
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        clearance::depths(py, threads, &self.spec, |_| Ok(&self.relaxed))
+        clearance::depths(py, threads, &self.spec, |_| Ok(&*self.relaxed))
     }
 
     /// Averages of the cells of a grid (columns, rows) over the picture: rows x columns x 3.

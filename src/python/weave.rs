@@ -5,7 +5,7 @@ use numpy::{IntoPyArray, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 
 use super::gate;
-use crate::weave::curve::HeightCurve;
+use crate::weave::curve::HeightCurves;
 use crate::weave::pattern::WeavePattern;
 use crate::weave::problem::{RelaxProblem, YarnData};
 use crate::weave::relax::relax as relax_cell;
@@ -17,14 +17,16 @@ type YarnArrays<'py> =
 /// Heights and slopes, yarns x knots.
 type CurveArrays<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>);
 
-/// Relaxes one cell: (energy, gradient norm, iterations, warp curves, weft curves).
+/// Relaxes one cell, which is 100 units of progress: (energy, gradient norm, iterations, warp curves, weft curves).
 #[pyfunction]
+#[pyo3(signature = (warp_up, warp, weft, collision_stiffness, progress=None))]
 pub fn relax<'py>(
     py: Python<'py>,
     warp_up: PyReadonlyArray2<'py, bool>,
     warp: YarnArrays<'py>,
     weft: YarnArrays<'py>,
     collision_stiffness: f64,
+    progress: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<(f64, f64, u64, CurveArrays<'py>, CurveArrays<'py>)> {
     let warp_up = warp_up.as_array();
     let (picks, ends) = warp_up.dim();
@@ -34,8 +36,8 @@ pub fn relax<'py>(
         weft: yarn_set(weft),
         collision_stiffness,
     };
-    let relaxed = gate::run(py, None, None, |control| relax_cell(&problem, control))?;
-    let (warp, weft) = (curve_arrays(py, &relaxed.warp), curve_arrays(py, &relaxed.weft));
+    let relaxed = gate::run(py, None, progress, |control| relax_cell(&problem, control))?;
+    let (warp, weft) = (curve_arrays(py, relaxed.warp), curve_arrays(py, relaxed.weft));
     Ok((relaxed.energy, relaxed.gradient_norm, relaxed.iterations, warp, weft))
 }
 
@@ -44,10 +46,11 @@ fn yarn_set((radius, stiffness, spacing): YarnArrays<'_>) -> YarnData {
     YarnData { radius: values(radius), stiffness: values(stiffness), spacing: values(spacing) }
 }
 
-fn curve_arrays<'py>(py: Python<'py>, curves: &[HeightCurve]) -> CurveArrays<'py> {
-    let array = |values: fn(&HeightCurve) -> &[f64]| {
-        let shape = (curves.len(), curves[0].knots.len());
-        Array2::from_shape_fn(shape, |(yarn, knot)| values(&curves[yarn])[knot]).into_pyarray(py)
+fn curve_arrays(py: Python<'_>, curves: HeightCurves) -> CurveArrays<'_> {
+    let shape = (curves.len(), curves.knots.len());
+    let array = |values| {
+        let array = Array2::from_shape_vec(shape, values);
+        array.expect("one value for each yarn and knot").into_pyarray(py)
     };
-    (array(|curve| &curve.height), array(|curve| &curve.slope))
+    (array(curves.height), array(curves.slope))
 }

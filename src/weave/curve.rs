@@ -1,22 +1,74 @@
 //! A yarn's height as a periodic, continuously differentiable, piecewise-cubic function.
 
-use std::sync::Arc;
-
-/// The height h(s) of a yarn over the plane of the cloth, by its values and slopes at knots
-/// (Montazeri et al. 2020, Eq. 17, with slope times interval as the tangent terms).
+/// The heights of all yarns of a direction, whose knots are at the same places.
 #[derive(Debug, Clone, PartialEq)]
-pub struct HeightCurve {
-    /// Where along the yarn the knots are: increasing from 0, all below `period`.
-    pub knots: Arc<[f64]>,
-    /// The length after which the curve repeats.
+pub struct HeightCurves {
+    /// Where along the yarns the knots are: increasing from 0, all below `period`.
+    pub knots: Vec<f64>,
+    /// The length after which the curves repeat.
     pub period: f64,
-    /// h at each knot.
+    /// h at each knot, yarn by yarn.
     pub height: Vec<f64>,
-    /// dh/ds at each knot.
+    /// dh/ds at each knot, yarn by yarn.
     pub slope: Vec<f64>,
 }
 
-impl HeightCurve {
+impl HeightCurves {
+    /// Flat yarns at height 0, as many as `yarns`, whose knots are the boundaries and the middles of
+    /// `slots`.
+    pub fn flat(yarns: usize, slots: &[f64]) -> Self {
+        let mut period = 0.0;
+        let mut knots = Vec::with_capacity(2 * slots.len());
+        for slot in slots {
+            knots.extend([period, period + slot / 2.0]);
+            period += slot;
+        }
+        let zeros = || vec![0.0; yarns * knots.len()];
+        Self { height: zeros(), slope: zeros(), period, knots }
+    }
+
+    /// Number of yarns.
+    pub fn len(&self) -> usize {
+        self.height.len() / self.knots.len()
+    }
+
+    /// Whether there are no yarns.
+    pub fn is_empty(&self) -> bool {
+        self.height.is_empty()
+    }
+
+    /// The curve of one yarn.
+    pub fn yarn(&self, yarn: usize) -> HeightCurve<'_> {
+        let own = yarn * self.knots.len()..(yarn + 1) * self.knots.len();
+        HeightCurve {
+            knots: &self.knots,
+            period: self.period,
+            height: &self.height[own.clone()],
+            slope: &self.slope[own],
+        }
+    }
+
+    /// The curves, yarn by yarn.
+    pub fn iter(&self) -> impl Iterator<Item = HeightCurve<'_>> {
+        (0..self.len()).map(|yarn| self.yarn(yarn))
+    }
+}
+
+/// The height h(s) of a yarn over the plane of the cloth, by its values and slopes at knots
+/// (Montazeri et al. 2020, Eq. 17, with slope times interval as the tangent terms).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct HeightCurve<'a> {
+    /// Where along the yarn the knots are: increasing from 0, all below `period`.
+    pub knots: &'a [f64],
+    /// The length after which the curve repeats.
+    pub period: f64,
+    /// h at each knot.
+    pub height: &'a [f64],
+    /// dh/ds at each knot.
+    pub slope: &'a [f64],
+}
+
+impl HeightCurve<'_> {
     /// Height and slope, (h, dh/ds), at any `s`, inside the period or not.
     pub fn eval(&self, s: f64) -> (f64, f64) {
         let s = s.rem_euclid(self.period);
@@ -82,12 +134,12 @@ impl Segment {
 mod tests {
     use super::*;
 
-    fn curve() -> HeightCurve {
+    fn curve() -> HeightCurve<'static> {
         HeightCurve {
-            knots: [0.0, 0.5, 0.8, 2.0].into(),
+            knots: &[0.0, 0.5, 0.8, 2.0],
             period: 2.5,
-            height: vec![0.1, -0.4, 0.3, 0.2],
-            slope: vec![0.5, -0.3, 0.7, -1.1],
+            height: &[0.1, -0.4, 0.3, 0.2],
+            slope: &[0.5, -0.3, 0.7, -1.1],
         }
     }
 
@@ -109,10 +161,10 @@ mod tests {
         let slope = |s: f64| -2.0 + s + 0.75 * s * s;
         let knots = [0.0, 0.4, 1.5];
         let curve = HeightCurve {
-            knots: knots.into(),
+            knots: &knots,
             period: 2.0,
-            height: knots.map(cubic).into(),
-            slope: knots.map(slope).into(),
+            height: &knots.map(cubic),
+            slope: &knots.map(slope),
         };
         for s in [0.0, 0.1, 0.39, 0.4, 0.9, 1.49] {
             let (h, d) = curve.eval(s);

@@ -1,6 +1,8 @@
 //! The energy of a woven cell and its gradient at the knots (Montazeri et al. 2020, Eqs. 2-4).
 
-use super::curve::{HeightCurve, Segment};
+use rayon::prelude::*;
+
+use super::curve::{HeightCurve, HeightCurves, Segment};
 use super::problem::RelaxProblem;
 
 /// Value and first two derivatives of Eq. 3's potential with respect to the ratio
@@ -28,77 +30,95 @@ impl Repulsion {
     }
 }
 
-/// The derivatives of the energy with respect to one curve's heights and slopes at its knots.
-#[derive(Debug, Clone, PartialEq)]
-pub struct CurveGradient {
-    /// dE/dh at each knot.
-    pub height: Vec<f64>,
-    /// dE/d(dh/ds) at each knot.
-    pub slope: Vec<f64>,
-}
-
-/// Energy of one cell, Eq. 4, and its gradient for every warp and every weft curve.
+/// Energy of one cell, Eq. 4, and how far from a minimum it is.
 pub struct Energy {
     /// E of Eq. 4.
     pub value: f64,
-    /// One per warp yarn.
-    pub warp: Vec<CurveGradient>,
-    /// One per weft yarn.
-    pub weft: Vec<CurveGradient>,
+    /// Euclidean norm of the gradient with respect to every height and slope of the curves.
+    pub gradient_norm: f64,
 }
 
 impl Energy {
     /// The energy of these curves, whose odd knots are the crossings in pattern order.
     ///
     /// It is infinite if the yarns of a crossing are not in the order that the pattern wants.
-    pub fn of(problem: &RelaxProblem, warp: &[HeightCurve], weft: &[HeightCurve]) -> Self {
-        let mut energy = Self { value: 0.0, warp: Vec::new(), weft: Vec::new() };
-        for (curve, &stiffness) in warp.iter().zip(&problem.warp.stiffness) {
-            let gradient = energy.add_strain(curve, stiffness);
-            energy.warp.push(gradient);
-        }
-        for (curve, &stiffness) in weft.iter().zip(&problem.weft.stiffness) {
-            let gradient = energy.add_strain(curve, stiffness);
-            energy.weft.push(gradient);
-        }
-        for (pick, weft) in weft.iter().enumerate() {
-            for (end, warp) in warp.iter().enumerate() {
-                let (a, b) = (2 * pick + 1, 2 * end + 1);
-                let contact = problem.contact(pick, end);
-                let ratio = (warp.height[a] - weft.height[b]) / contact;
-                if ratio <= 0.0 {
-                    energy.value = f64::INFINITY;
-                }
-                let repulsion = Repulsion::at(ratio);
-                energy.value += problem.collision_stiffness * repulsion.value;
-                let force = problem.collision_stiffness * repulsion.slope / contact;
-                energy.warp[end].height[a] += force;
-                energy.weft[pick].height[b] -= force;
-            }
+    pub fn of(problem: &RelaxProblem, warp: &HeightCurves, weft: &HeightCurves) -> Self {
+        let ends = (0..warp.len()).into_par_iter().map(|end| {
+            let own = YarnEnergy::of_warp(problem, [warp, weft], end);
+            [own.strain + own.collisions, own.squared_gradient()]
+        });
+        // Either yarn of a crossing knows of its collision: it counts once.
+        let picks = (0..weft.len()).into_par_iter().map(|pick| {
+            let own = YarnEnergy::of_weft(problem, [warp, weft], pick);
+            [own.strain, own.squared_gradient()]
+        });
+        let all: Vec<[f64; 2]> = ends.chain(picks).collect();
+        let [value, square] = all.iter().fold([0.0; 2], |[a, b], [c, d]| [a + c, b + d]);
+        Self { value, gradient_norm: square.sqrt() }
+    }
+}
+
+/// What the energy gets from one yarn.
+struct YarnEnergy {
+    strain: f64,
+    collisions: f64,
+    /// dE/dh at each knot.
+    by_height: Vec<f64>,
+    /// dE/d(dh/ds) at each knot.
+    by_slope: Vec<f64>,
+}
+
+impl YarnEnergy {
+    fn of_warp(problem: &RelaxProblem, [warp, weft]: [&HeightCurves; 2], end: usize) -> Self {
+        let mut energy = Self::of_strain(&warp.yarn(end), problem.warp.stiffness[end]);
+        for pick in 0..weft.len() {
+            let own = warp.yarn(end).height[2 * pick + 1];
+            let over = own - weft.yarn(pick).height[2 * end + 1];
+            energy.collide(problem, 2 * pick + 1, over, problem.contact(pick, end));
         }
         energy
     }
 
-    /// Euclidean norm of the gradient with respect to every height and slope.
-    pub fn gradient_norm(&self) -> f64 {
-        let curves = self.warp.iter().chain(&self.weft);
-        let squares = curves.flat_map(|curve| curve.height.iter().chain(&curve.slope));
-        squares.map(|derivative| derivative * derivative).sum::<f64>().sqrt()
+    fn of_weft(problem: &RelaxProblem, [warp, weft]: [&HeightCurves; 2], pick: usize) -> Self {
+        let mut energy = Self::of_strain(&weft.yarn(pick), problem.weft.stiffness[pick]);
+        for end in 0..warp.len() {
+            let own = weft.yarn(pick).height[2 * end + 1];
+            let over = own - warp.yarn(end).height[2 * pick + 1];
+            energy.collide(problem, 2 * end + 1, over, -problem.contact(pick, end));
+        }
+        energy
     }
 
-    fn add_strain(&mut self, curve: &HeightCurve, stiffness: f64) -> CurveGradient {
+    fn of_strain(curve: &HeightCurve, stiffness: f64) -> Self {
         let count = curve.knots.len();
-        let mut gradient = CurveGradient { height: vec![0.0; count], slope: vec![0.0; count] };
+        let (mut by_height, mut by_slope) = (vec![0.0; count], vec![0.0; count]);
+        let mut value = 0.0;
         for index in 0..count {
             let next = curve.after(index);
             let strain = SegmentStrain::of(&curve.segment(index), stiffness);
-            self.value += strain.value;
-            gradient.height[index] -= strain.by_rise;
-            gradient.height[next] += strain.by_rise;
-            gradient.slope[index] += strain.by_slope[0];
-            gradient.slope[next] += strain.by_slope[1];
+            value += strain.value;
+            by_height[index] -= strain.by_rise;
+            by_height[next] += strain.by_rise;
+            by_slope[index] += strain.by_slope[0];
+            by_slope[next] += strain.by_slope[1];
         }
-        gradient
+        Self { strain: value, collisions: 0.0, by_height, by_slope }
+    }
+
+    /// Adds a crossing at a knot, where this yarn is higher than the other by `over` and collides
+    /// within `contact`, which is negative if it belongs below.
+    fn collide(&mut self, problem: &RelaxProblem, knot: usize, over: f64, contact: f64) {
+        let ratio = over / contact;
+        if ratio <= 0.0 {
+            self.collisions = f64::INFINITY;
+        }
+        let repulsion = Repulsion::at(ratio);
+        self.collisions += problem.collision_stiffness * repulsion.value;
+        self.by_height[knot] += problem.collision_stiffness * repulsion.slope / contact;
+    }
+
+    fn squared_gradient(&self) -> f64 {
+        self.by_height.iter().chain(&self.by_slope).map(|derivative| derivative * derivative).sum()
     }
 }
 
@@ -152,30 +172,23 @@ mod tests {
     }
 
     /// Curves in the pattern's order, some contacts closed and some open.
-    fn curves(problem: &RelaxProblem) -> [Vec<HeightCurve>; 2] {
+    fn curves(problem: &RelaxProblem) -> [HeightCurves; 2] {
         let wave = |yarn: usize, knot: usize| (1.0 + 2.3 * yarn as f64 + 3.1 * knot as f64).sin();
-        let curve = |yarn: usize, slots: &[f64], side: &dyn Fn(usize) -> f64| {
-            let mut knots = Vec::new();
-            let mut period = 0.0;
-            for slot in slots {
-                knots.extend([period, period + slot / 2.0]);
-                period += slot;
+        let curves = |first, count, slots: &[f64], side: &dyn Fn(usize, usize) -> f64| {
+            let mut curves = HeightCurves::flat(count, slots);
+            let knots = curves.knots.len();
+            for (index, height) in curves.height.iter_mut().enumerate() {
+                let (yarn, knot) = (index / knots, index % knots);
+                *height = 0.15 * wave(first + yarn, knot) + 0.35 * side(yarn, knot / 2);
             }
-            HeightCurve {
-                height: (0..knots.len())
-                    .map(|knot| 0.15 * wave(yarn, knot) + 0.35 * side(knot / 2))
-                    .collect(),
-                slope: (0..knots.len()).map(|knot| wave(yarn + 5, knot)).collect(),
-                knots: knots.into(),
-                period,
+            for (index, slope) in curves.slope.iter_mut().enumerate() {
+                *slope = wave(first + index / knots + 5, index % knots);
             }
+            curves
         };
         let side = |pick, end| problem.contact(pick, end).signum();
-        let warp =
-            (0..3).map(|end| curve(end, &problem.weft.spacing, &|pick| side(pick, end))).collect();
-        let weft = (0..2)
-            .map(|pick| curve(pick + 9, &problem.warp.spacing, &|end| -side(pick, end)))
-            .collect();
+        let warp = curves(0, 3, &problem.weft.spacing, &|end, pick| side(pick, end));
+        let weft = curves(9, 2, &problem.warp.spacing, &|pick, end| -side(pick, end));
         [warp, weft]
     }
 
@@ -183,38 +196,42 @@ mod tests {
     fn gradient_is_that_of_central_differences() {
         let problem = problem();
         let [warp, weft] = curves(&problem);
-        let energy = Energy::of(&problem, &warp, &weft);
-        let gradients = [&energy.warp, &energy.weft];
+        let both = [&warp, &weft];
+        let gradients: Vec<_> = (0..3)
+            .map(|end| (0, end, YarnEnergy::of_warp(&problem, both, end)))
+            .chain((0..2).map(|pick| (1, pick, YarnEnergy::of_weft(&problem, both, pick))))
+            .collect();
         let step = 1e-6;
-        for (set, gradients) in gradients.into_iter().enumerate() {
-            for (yarn, gradient) in gradients.iter().enumerate() {
-                for knot in 0..gradient.height.len() {
-                    let value = |height_change: f64, slope_change: f64| {
-                        let mut curves = [warp.clone(), weft.clone()];
-                        curves[set][yarn].height[knot] += height_change;
-                        curves[set][yarn].slope[knot] += slope_change;
-                        Energy::of(&problem, &curves[0], &curves[1]).value
-                    };
-                    let by_height = (value(step, 0.0) - value(-step, 0.0)) / (2.0 * step);
-                    let by_slope = (value(0.0, step) - value(0.0, -step)) / (2.0 * step);
-                    for (exact, difference) in
-                        [(gradient.height[knot], by_height), (gradient.slope[knot], by_slope)]
-                    {
-                        let error = (exact - difference).abs();
-                        assert!(error < 1e-6 * (1.0 + exact.abs()), "{exact} {difference}");
-                    }
+        let mut squares = 0.0;
+        for (set, yarn, gradient) in gradients {
+            for knot in 0..gradient.by_height.len() {
+                let value = |height_change: f64, slope_change: f64| {
+                    let mut curves = [warp.clone(), weft.clone()];
+                    let index = yarn * gradient.by_height.len() + knot;
+                    curves[set].height[index] += height_change;
+                    curves[set].slope[index] += slope_change;
+                    Energy::of(&problem, &curves[0], &curves[1]).value
+                };
+                let by_height = (value(step, 0.0) - value(-step, 0.0)) / (2.0 * step);
+                let by_slope = (value(0.0, step) - value(0.0, -step)) / (2.0 * step);
+                squares += by_height * by_height + by_slope * by_slope;
+                for (exact, difference) in
+                    [(gradient.by_height[knot], by_height), (gradient.by_slope[knot], by_slope)]
+                {
+                    let error = (exact - difference).abs();
+                    assert!(error < 1e-6 * (1.0 + exact.abs()), "{exact} {difference}");
                 }
             }
         }
+        let norm = Energy::of(&problem, &warp, &weft).gradient_norm;
+        assert!((norm / squares.sqrt() - 1.0).abs() < 1e-6);
     }
 
     #[test]
     fn strain_is_the_integral_of_the_squared_slope() {
-        let problem = problem();
-        let [warp, _] = curves(&problem);
-        let curve = &warp[1];
-        let mut energy = Energy { value: 0.0, warp: Vec::new(), weft: Vec::new() };
-        energy.add_strain(curve, 2.5);
+        let [warp, _] = curves(&problem());
+        let curve = warp.yarn(1);
+        let energy = YarnEnergy::of_strain(&curve, 2.5);
         // Simpson's rule is exact for cubics only, and the squared slope is a quartic: refine.
         let parts = 400;
         let mut integral = 0.0;
@@ -228,7 +245,7 @@ mod tests {
                 integral += width / 6.0 * sum;
             }
         }
-        assert!((energy.value - 1.25 * integral).abs() < 1e-9 * energy.value);
+        assert!((energy.strain - 1.25 * integral).abs() < 1e-9 * energy.strain);
     }
 
     #[test]
@@ -254,7 +271,7 @@ mod tests {
     fn swapped_yarns_have_no_finite_energy() {
         let problem = problem();
         let [mut warp, weft] = curves(&problem);
-        warp[0].height[1] = weft[0].height[1] - 0.1;
+        warp.height[1] = weft.height[1] - 0.1;
         assert_eq!(Energy::of(&problem, &warp, &weft).value, f64::INFINITY);
     }
 }

@@ -1,44 +1,48 @@
 //! Yarn relaxation: the heights with the least energy (Montazeri et al. 2020, section 3.1).
 //!
 //! The pattern fixes the order of the yarns at each crossing, and among heights in that order the
-//! energy of Eq. 4 is convex: it is minimised by Newton's method over the heights at the crossings,
-//! with an exact line search that ends before any collision barrier. Slopes and the heights between
-//! crossings follow from these heights (see `strain`).
+//! energy of Eq. 4 is convex. The cloth falls into layers that do not hold each other (see
+//! `components`). Each is minimised alone, by Newton's method over the heights at its crossings, with
+//! an exact line search that ends before any collision barrier; slopes and the heights between
+//! crossings follow from these heights (see `strain`). Then the layers are laid onto each other.
+//!
+//! The size of the problem is that of the crossings within layers: floats over yarns of other layers
+//! cost nothing. A Newton step takes 2 to 30 solves of single yarns and Fourier transforms, each
+//! proportional to the crossings but for a logarithm. Where all interlaces evenly there are some 10
+//! steps whatever the size; where floats as long as the pattern lie on each other, their number grows
+//! with about the square root of the length of the floats, since contacts open and close along them.
 
 mod common_mode;
+mod components;
 mod contact;
 mod cyclic;
 mod field;
+mod float;
 mod line_search;
+mod minimum;
 mod newton_system;
+mod stack;
 mod strain;
 mod transpose;
 
 use crate::control::Control;
 use crate::error::{Error, Result};
+use crate::memory;
 
-use super::curve::HeightCurve;
+use super::curve::HeightCurves;
 use super::energy::Energy;
 use super::problem::RelaxProblem;
-use common_mode::CommonMode;
-use contact::Contacts;
+use components::{Layer, layers};
 use field::Field;
-use newton_system::NewtonSystem;
+use minimum::Relaxation;
+use stack::stack;
 use strain::Strain;
 
-/// Newton steps after which the relaxation is given up.
-const ITERATIONS: u64 = 1000;
-/// Relative residual of the linear solve for a step, far from the minimum and close to it: while
-/// contacts still open and close, an accurate step is wasted.
-const LOOSEST_STEP: f64 = 0.1;
-const FINEST_STEP: f64 = 1e-4;
-/// Decrease that the last step promised, relative to the energy.
-const ENERGY_TOLERANCE: f64 = 1e-16;
-/// What the linear solve may leave ungained of a negligible decrease.
-const CG_MARGIN: f64 = 1e-6;
-/// Energy per crossing, relative to the collision stiffness, that counts as none: contact ratios
-/// within 1e-11 of 1.
-const ENERGY_FLOOR: f64 = 1e-21;
+/// Memory that a relaxation takes at most for each crossing.
+pub const BYTES_PER_CROSSING: usize = 100;
+
+/// Units of work that a relaxation counts in its control.
+pub const UNITS: u64 = 100;
 
 /// Relaxed yarns of one cell.
 #[derive(Debug, Clone, PartialEq)]
@@ -47,22 +51,24 @@ pub struct Relaxed {
     pub energy: f64,
     /// Euclidean norm of the energy's gradient with respect to all heights and slopes.
     pub gradient_norm: f64,
-    /// Newton steps taken.
+    /// Newton steps taken, over all layers.
     pub iterations: u64,
-    /// One curve per warp yarn; knot 2j + 1 is the crossing with pick j.
-    pub warp: Vec<HeightCurve>,
-    /// One curve per weft yarn; knot 2i + 1 is the crossing with end i.
-    pub weft: Vec<HeightCurve>,
+    /// The warp yarns; knot 2j + 1 is the crossing with pick j.
+    pub warp: HeightCurves,
+    /// The weft yarns; knot 2i + 1 is the crossing with end i.
+    pub weft: HeightCurves,
 }
 
 /// Relaxes the yarns of a cell; the mean height of all crossings is zero.
 ///
 /// Each yarn has two knots per crossing, at the boundaries and at the middles of the slots of the
-/// yarns that it crosses. `control` counts Newton steps. The result does not depend on the number
-/// of threads.
+/// yarns that it crosses. Yarns that nothing holds together come to lie on each other. `control`
+/// counts up to [`UNITS`]. The result does not depend on the number of threads. The memory taken is
+/// [`BYTES_PER_CROSSING`], 64 of which are the result.
 ///
-/// Errors: [`Error::Invalid`] for bad input, [`Error::Stopped`], and [`Error::NotConverged`] if
-/// numbers so far apart were given that the minimum cannot be found in double precision.
+/// Errors: [`Error::Invalid`] for bad input, [`Error::OutOfMemory`], [`Error::Stopped`], and
+/// [`Error::NotConverged`] if numbers so far apart were given that the minimum cannot be found in
+/// double precision.
 pub fn relax(problem: &RelaxProblem, control: &Control) -> Result<Relaxed> {
     relax_beginning(problem, None, control)
 }
@@ -75,162 +81,139 @@ pub fn relax_near(
     scale: f64,
     control: &Control,
 ) -> Result<Relaxed> {
-    let mut heights = near.crossing_heights();
-    heights.scale(scale);
-    relax_beginning(problem, Some(heights), control)
+    relax_beginning(problem, Some((near, scale)), control)
 }
 
 fn relax_beginning(
     problem: &RelaxProblem,
-    heights: Option<Field>,
+    near: Option<(&Relaxed, f64)>,
     control: &Control,
 ) -> Result<Relaxed> {
     problem.check()?;
+    check_memory(problem.pattern.picks, problem.pattern.ends)?;
     let mut outcome = Err(Error::Stopped);
     // Inside the pool from the start, a small cell never waits for another thread.
-    rayon::scope(|_| outcome = Relaxation::new(problem).run(problem, heights, control));
+    rayon::scope(|_| outcome = relax_layers(problem, near, control));
     outcome
 }
 
+fn check_memory(picks: usize, ends: usize) -> Result<()> {
+    let work = format!("relaxing {picks} picks x {ends} ends");
+    memory::claim(&work, picks.saturating_mul(ends).saturating_mul(BYTES_PER_CROSSING))
+}
+
+fn relax_layers(
+    problem: &RelaxProblem,
+    near: Option<(&Relaxed, f64)>,
+    control: &Control,
+) -> Result<Relaxed> {
+    let layers = layers(&problem.pattern);
+    let mut warp = None;
+    let mut weft = None;
+    let mut iterations = 0;
+    let mut converged = true;
+    let mut progress = Progress::new(&layers, control);
+    for layer in layers.iter().filter(|layer| layer.interlaces()) {
+        let relaxation = Relaxation::new(problem, layer);
+        let start = near.map(|(near, scale)| near.crossing_heights(layer, scale));
+        let watch = |part| progress.reach(layer, part);
+        let minimum = relaxation.run(problem.collision_stiffness, start, control, watch)?;
+        progress.complete(layer);
+        iterations += minimum.iterations;
+        converged &= minimum.found;
+        let Field { warp: ends, weft: picks } = minimum.heights;
+        let warp = warp.get_or_insert_with(|| flat_warp(problem));
+        write(&relaxation.warp_strain, &ends, &layer.ends, &layer.picks, warp);
+        drop(ends);
+        let weft = weft.get_or_insert_with(|| flat_weft(problem));
+        write(&relaxation.weft_strain, &picks, &layer.picks, &layer.ends, weft);
+    }
+    let mut warp = warp.unwrap_or_else(|| flat_warp(problem));
+    let mut weft = weft.unwrap_or_else(|| flat_weft(problem));
+    stack(problem, &layers, &mut warp, &mut weft, control)?;
+    center(&mut warp, &mut weft);
+    let Energy { value, gradient_norm } = Energy::of(problem, &warp, &weft);
+    if !converged {
+        return Err(Error::NotConverged { iterations, gradient_norm });
+    }
+    Ok(Relaxed { energy: value, gradient_norm, iterations, warp, weft })
+}
+
+/// How much of all layers is done, counted by their crossings.
+struct Progress<'a> {
+    control: &'a Control,
+    all: f64,
+    before: f64,
+    reported: u64,
+}
+
+impl<'a> Progress<'a> {
+    fn new(layers: &[Layer], control: &'a Control) -> Self {
+        let all = layers.iter().map(Layer::crossings).sum();
+        Self { control, all, before: 0.0, reported: 0 }
+    }
+
+    /// Says that this part, from 0 to 1, of a layer is done, if that is more than before.
+    fn reach(&mut self, layer: &Layer, part: f64) {
+        let done = self.before + layer.crossings() * part.clamp(0.0, 1.0);
+        let units = (UNITS as f64 * done / self.all) as u64;
+        self.control.advance(units.saturating_sub(self.reported));
+        self.reported = self.reported.max(units);
+    }
+
+    fn complete(&mut self, layer: &Layer) {
+        self.reach(layer, 1.0);
+        self.before += layer.crossings();
+    }
+}
+
 impl Relaxed {
-    fn crossing_heights(&self) -> Field {
-        let heights = |curves: &[HeightCurve]| {
-            curves
-                .iter()
-                .flat_map(|curve| curve.height.iter().skip(1).step_by(2).copied())
-                .collect()
+    /// The heights, times `scale`, at the crossings of a layer.
+    fn crossing_heights(&self, layer: &Layer, scale: f64) -> Field {
+        let heights = |curves: &HeightCurves, yarns: &[usize], crossed: &[usize]| {
+            let mut heights = Vec::with_capacity(yarns.len() * crossed.len());
+            for &yarn in yarns {
+                let curve = curves.yarn(yarn);
+                heights.extend(crossed.iter().map(|slot| scale * curve.height[2 * slot + 1]));
+            }
+            heights
         };
-        Field { warp: heights(&self.warp), weft: heights(&self.weft) }
-    }
-}
-
-/// Everything that stays the same from step to step.
-struct Relaxation {
-    warp_strain: Strain,
-    weft_strain: Strain,
-    contacts: Contacts,
-    common_mode: CommonMode,
-}
-
-/// Heights, and what derives from them.
-struct State {
-    heights: Field,
-    ratios: Vec<f64>,
-    strain_forces: Field,
-}
-
-impl Relaxation {
-    fn new(problem: &RelaxProblem) -> Self {
-        let warp_strain = Strain::new(&problem.warp, &problem.weft);
-        let weft_strain = Strain::new(&problem.weft, &problem.warp);
-        let common_mode = CommonMode::new(&warp_strain, &weft_strain);
-        Self { warp_strain, weft_strain, contacts: Contacts::new(problem), common_mode }
-    }
-
-    fn run(
-        &self,
-        problem: &RelaxProblem,
-        heights: Option<Field>,
-        control: &Control,
-    ) -> Result<Relaxed> {
-        let floor = ENERGY_FLOOR * problem.collision_stiffness * self.contacts.count() as f64;
-        let mut state = heights.map_or_else(|| self.start(), |heights| self.at(heights));
-        let mut tolerance = LOOSEST_STEP;
-        for iteration in 1..=ITERATIONS {
-            let energy = self.energy(&state);
-            let negligible = ENERGY_TOLERANCE * energy + floor;
-            let descent = self.descent(&state);
-            let step = self.system(&state).solve(
-                descent.clone(),
-                tolerance,
-                CG_MARGIN * negligible,
-                control,
-            )?;
-            let decrease = descent.dot(&step);
-            if !decrease.is_finite() || !energy.is_finite() {
-                break;
-            }
-            state = self.advance(state, &step, -decrease);
-            control.advance(1);
-            if decrease <= negligible {
-                return Ok(self.finish(problem, state.heights, iteration));
-            }
-            tolerance = (decrease / energy).sqrt().clamp(FINEST_STEP, LOOSEST_STEP);
-        }
-        let last = self.finish(problem, state.heights, ITERATIONS);
-        Err(Error::NotConverged { iterations: ITERATIONS, gradient_norm: last.gradient_norm })
-    }
-
-    fn system(&self, state: &State) -> NewtonSystem<'_> {
-        let strains = [&self.warp_strain, &self.weft_strain];
-        NewtonSystem::new(strains, &self.common_mode, &self.contacts, &state.ratios)
-    }
-
-    /// Touching yarns, scaled towards the plane to the least energy.
-    fn start(&self) -> State {
-        let state = self.at(self.contacts.touching());
-        let mut flat = state.heights.clone();
-        flat.scale(-1.0);
-        let slope = -self.descent(&state).dot(&flat);
-        self.advance(state, &flat, slope)
-    }
-
-    fn at(&self, heights: Field) -> State {
-        let ratios = self.contacts.ratios(&heights);
-        let strain_forces = self.strain_forces(&heights);
-        State { heights, ratios, strain_forces }
-    }
-
-    fn strain_forces(&self, heights: &Field) -> Field {
         Field {
-            warp: self.warp_strain.apply(&heights.warp),
-            weft: self.weft_strain.apply(&heights.weft),
+            warp: heights(&self.warp, &layer.ends, &layer.picks),
+            weft: heights(&self.weft, &layer.picks, &layer.ends),
         }
     }
+}
 
-    fn energy(&self, state: &State) -> f64 {
-        state.heights.dot(&state.strain_forces) / 2.0 + self.contacts.energy(&state.ratios)
-    }
+fn flat_warp(problem: &RelaxProblem) -> HeightCurves {
+    HeightCurves::flat(problem.pattern.ends, &problem.weft.spacing)
+}
 
-    /// The energy's negative gradient.
-    fn descent(&self, state: &State) -> Field {
-        let mut forces = state.strain_forces.clone();
-        let collisions = self.contacts.forces(&state.ratios);
-        forces.add_opposed(&collisions, self.contacts.picks, self.contacts.ends);
-        forces.scale(-1.0);
-        forces
-    }
+fn flat_weft(problem: &RelaxProblem) -> HeightCurves {
+    HeightCurves::flat(problem.pattern.picks, &problem.warp.spacing)
+}
 
-    /// Moves to the least energy along `direction`, along which it has this slope now.
-    fn advance(&self, state: State, direction: &Field, slope: f64) -> State {
-        if slope >= 0.0 {
-            return state;
-        }
-        let changes = self.contacts.ratios(direction);
-        let forces = self.strain_forces(direction);
-        let strain_slope = state.strain_forces.dot(direction);
-        let strain_curvature = forces.dot(direction);
-        let longest = Contacts::longest_step(&state.ratios, &changes);
-        let step = line_search::search(slope, longest, |step| {
-            let [slope, curvature] = self.contacts.along(&state.ratios, &changes, step);
-            [slope + strain_slope + step * strain_curvature, curvature + strain_curvature]
-        });
-        let mut heights = state.heights;
-        heights.add(step, direction);
-        self.at(heights)
+/// Writes the curves of a layer's yarns, of these heights at their crossings with `crossed`.
+fn write(
+    strain: &Strain,
+    heights: &[f64],
+    yarns: &[usize],
+    crossed: &[usize],
+    curves: &mut HeightCurves,
+) {
+    let knots = curves.knots.len();
+    for (heights, yarn) in heights.chunks_exact(crossed.len()).zip(yarns) {
+        let own = yarn * knots..(yarn + 1) * knots;
+        let (height, slope) = (&mut curves.height[own.clone()], &mut curves.slope[own]);
+        strain.write_curve(heights, crossed, height, slope);
     }
+}
 
-    fn finish(&self, problem: &RelaxProblem, mut heights: Field, iterations: u64) -> Relaxed {
-        heights.shift(-heights.mean());
-        let curves = |strain: &Strain, heights: &[f64]| {
-            heights.chunks(strain.crossings()).map(|heights| strain.curve(heights)).collect()
-        };
-        let warp: Vec<HeightCurve> = curves(&self.warp_strain, &heights.warp);
-        let weft: Vec<HeightCurve> = curves(&self.weft_strain, &heights.weft);
-        let energy = Energy::of(problem, &warp, &weft);
-        let gradient_norm = energy.gradient_norm();
-        Relaxed { energy: energy.value, gradient_norm, iterations, warp, weft }
-    }
+/// Moves all yarns so that the mean height of the crossings is zero.
+fn center(warp: &mut HeightCurves, weft: &mut HeightCurves) {
+    let crossings = warp.height.iter().chain(&weft.height).skip(1).step_by(2);
+    let mean = crossings.sum::<f64>() / (warp.height.len() / 2 + weft.height.len() / 2) as f64;
+    warp.height.iter_mut().chain(&mut weft.height).for_each(|height| *height -= mean);
 }
 
 #[cfg(test)]

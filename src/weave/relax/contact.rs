@@ -1,7 +1,9 @@
-//! The collisions of all crossings: how close the yarns are, the forces, and the forces' derivatives.
+//! The collisions of a layer's crossings: how close the yarns are, the forces, and the forces'
+//! derivatives.
 
 use rayon::prelude::*;
 
+use super::components::Layer;
 use super::field::{Field, yarns_per_task};
 use crate::weave::energy::Repulsion;
 use crate::weave::problem::RelaxProblem;
@@ -13,27 +15,37 @@ pub(super) struct Contacts {
     pub picks: usize,
     pub ends: usize,
     stiffness: f64,
-    /// 1 / (R_A + R_B), negative where the weft is on top.
-    inverse_distance: Vec<f64>,
+    warp_up: Vec<bool>,
+    warp_radius: Vec<f64>,
+    weft_radius: Vec<f64>,
 }
 
 impl Contacts {
-    pub fn new(problem: &RelaxProblem) -> Self {
-        let (picks, ends) = (problem.pattern.picks, problem.pattern.ends);
-        let inverse_distance = (0..picks)
-            .flat_map(|pick| (0..ends).map(move |end| 1.0 / problem.contact(pick, end)))
-            .collect();
-        Self { picks, ends, stiffness: problem.collision_stiffness, inverse_distance }
+    pub fn new(problem: &RelaxProblem, layer: &Layer) -> Self {
+        let (picks, ends) = (&layer.picks, &layer.ends);
+        let mut warp_up = Vec::with_capacity(picks.len() * ends.len());
+        for &pick in picks {
+            warp_up.extend(ends.iter().map(|&end| problem.pattern.is_warp_up(pick, end)));
+        }
+        Self {
+            picks: picks.len(),
+            ends: ends.len(),
+            stiffness: problem.collision_stiffness,
+            warp_up,
+            warp_radius: ends.iter().map(|&end| problem.warp.radius[end]).collect(),
+            weft_radius: picks.iter().map(|&pick| problem.weft.radius[pick]).collect(),
+        }
     }
 
     /// Number of crossings.
     pub fn count(&self) -> usize {
-        self.inverse_distance.len()
+        self.warp_up.len()
     }
 
     /// Heights that give every crossing the ratio 1, shared equally by warp and weft.
     pub fn touching(&self) -> Field {
-        let halves: Vec<f64> = self.inverse_distance.iter().map(|inverse| 0.5 / inverse).collect();
+        let mut halves = vec![0.5; self.count()];
+        self.update(&mut halves, |half, distance| half * distance);
         let mut heights = Field::zeros(self.count());
         heights.add_opposed(&halves, self.picks, self.ends);
         heights
@@ -42,7 +54,7 @@ impl Contacts {
     /// The ratio at every crossing, or its change if `heights` are changes.
     pub fn ratios(&self, heights: &Field) -> Vec<f64> {
         let mut ratios = heights.difference(self.picks, self.ends);
-        self.scale_by_distance(&mut ratios);
+        self.update(&mut ratios, |difference, distance| difference / distance);
         ratios
     }
 
@@ -56,14 +68,48 @@ impl Contacts {
         self.stiffness * sums.iter().sum::<f64>()
     }
 
-    /// Derivative of the energy with respect to the height of warp over weft, at each crossing.
-    pub fn forces(&self, ratios: &[f64]) -> Vec<f64> {
-        self.map(ratios, |ratio, inverse| Repulsion::at(ratio).slope * inverse)
+    /// Turns ratios into the energy's derivatives with respect to the height of warp over weft.
+    pub fn forces(&self, mut ratios: Vec<f64>) -> Vec<f64> {
+        let stiffness = self.stiffness;
+        self.update(&mut ratios, |ratio, distance| {
+            stiffness * Repulsion::at(ratio).slope / distance
+        });
+        ratios
     }
 
-    /// Derivative of [`Contacts::forces`] with respect to the same height.
-    pub fn curvatures(&self, ratios: &[f64]) -> Vec<f64> {
-        self.map(ratios, |ratio, inverse| Repulsion::at(ratio).curvature * inverse * inverse)
+    /// The second derivative of Eq. 3's potential with respect to the ratio, at each crossing. Rounded
+    /// to single precision, it changes a step by so little that the next makes good for it.
+    pub fn curvatures(&self, ratios: &[f64]) -> Vec<f32> {
+        let mut curvatures = vec![0.0; ratios.len()];
+        let curvature = |ratio| Repulsion::at(ratio).curvature.min(f64::from(f32::MAX)) as f32;
+        curvatures
+            .par_iter_mut()
+            .zip(ratios)
+            .with_min_len(yarns_per_task(1))
+            .for_each(|(target, &ratio)| *target = curvature(ratio));
+        curvatures
+    }
+
+    /// Turns heights of warp over weft into forces, by the curvatures at their crossings.
+    pub fn resist(&self, differences: &mut [f64], curvatures: &[f32]) {
+        let stiffness = self.stiffness;
+        let rows = differences.par_chunks_mut(self.ends).zip(curvatures.par_chunks(self.ends));
+        rows.zip(&self.weft_radius).with_min_len(yarns_per_task(self.ends)).for_each(
+            |((differences, curvatures), weft_radius)| {
+                let yarns = curvatures.iter().zip(&self.warp_radius);
+                for (difference, (&curvature, warp_radius)) in differences.iter_mut().zip(yarns) {
+                    let distance = warp_radius + weft_radius;
+                    *difference *= stiffness * f64::from(curvature) / (distance * distance);
+                }
+            },
+        );
+    }
+
+    /// The second derivative of the energy with respect to the height of `end` over `pick`, of this
+    /// curvature.
+    pub fn resistance(&self, pick: usize, end: usize, curvature: f32) -> f64 {
+        let distance = self.warp_radius[end] + self.weft_radius[pick];
+        self.stiffness * f64::from(curvature) / (distance * distance)
     }
 
     /// First and second derivative of the energy of `ratios + step * changes` with respect to step.
@@ -88,23 +134,18 @@ impl Contacts {
         steps.map(|(ratio, change)| -ratio / change).fold(f64::INFINITY, f64::min)
     }
 
-    fn map(&self, ratios: &[f64], value: impl Fn(f64, f64) -> f64 + Sync) -> Vec<f64> {
-        let mut values = vec![0.0; ratios.len()];
-        values
-            .par_iter_mut()
-            .zip(ratios.par_iter().zip(&self.inverse_distance))
-            .with_min_len(yarns_per_task(1))
-            .for_each(|(target, (&ratio, &inverse))| {
-                *target = self.stiffness * value(ratio, inverse);
-            });
-        values
-    }
-
-    fn scale_by_distance(&self, values: &mut [f64]) {
-        values
-            .par_iter_mut()
-            .zip(&self.inverse_distance)
-            .with_min_len(yarns_per_task(1))
-            .for_each(|(value, inverse)| *value *= inverse);
+    /// Gives every value, picks x ends, that of itself and R_A + R_B, which is negative where the
+    /// weft is on top.
+    fn update(&self, values: &mut [f64], value: impl Fn(f64, f64) -> f64 + Sync) {
+        let rows = values.par_chunks_mut(self.ends).zip(self.warp_up.par_chunks(self.ends));
+        rows.zip(&self.weft_radius).with_min_len(yarns_per_task(self.ends)).for_each(
+            |((values, warp_up), weft_radius)| {
+                let yarns = warp_up.iter().zip(&self.warp_radius);
+                for (target, (&warp_up, warp_radius)) in values.iter_mut().zip(yarns) {
+                    let distance = warp_radius + weft_radius;
+                    *target = value(*target, if warp_up { distance } else { -distance });
+                }
+            },
+        );
     }
 }

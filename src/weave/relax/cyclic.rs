@@ -2,6 +2,7 @@
 
 /// The LDL^T factors of a cyclic tridiagonal matrix: the chain of all unknowns but the last, and the
 /// last one as a border that the chain's two ends couple to.
+#[derive(Default)]
 pub(super) struct CyclicTridiagonal {
     rows: Vec<Row>,
     last: f64,
@@ -22,12 +23,20 @@ impl CyclicTridiagonal {
     ///
     /// One unknown couples to itself (twice on the diagonal), two couple twice to each other.
     pub fn factor(diagonal: &[f64], coupling: &[f64]) -> Self {
+        let mut factors = Self::default();
+        factors.refactor(diagonal, coupling);
+        factors
+    }
+
+    /// Factors another matrix in the room of this one.
+    pub fn refactor(&mut self, diagonal: &[f64], coupling: &[f64]) {
         let chain = diagonal.len() - 1;
         let mut last = diagonal[chain];
+        self.rows.clear();
         if chain == 0 {
-            return Self { rows: Vec::new(), last: 1.0 / (last + 2.0 * coupling[0]) };
+            self.last = 1.0 / (last + 2.0 * coupling[0]);
+            return;
         }
-        let mut rows = Vec::with_capacity(chain);
         let mut pivot = diagonal[0];
         let mut border = coupling[chain];
         for index in 0..chain {
@@ -42,9 +51,9 @@ impl CyclicTridiagonal {
             last -= row.border * border;
             pivot = diagonal[index + 1] - row.next * below;
             border *= -row.next;
-            rows.push(row);
+            self.rows.push(row);
         }
-        Self { rows, last: 1.0 / last }
+        self.last = 1.0 / last;
     }
 
     /// Turns the right-hand side into the solution.

@@ -4,7 +4,7 @@
 
 use rayon::prelude::*;
 
-use super::transpose::transpose;
+use super::transpose::{transpose, zip_transposed};
 
 const CHUNK: usize = 4096;
 
@@ -33,8 +33,22 @@ impl Field {
 
     /// self += factor * other
     pub fn add(&mut self, factor: f64, other: &Self) {
-        add_to(&mut self.warp, factor, &other.warp);
-        add_to(&mut self.weft, factor, &other.weft);
+        for (target, source) in [(&mut self.warp, &other.warp), (&mut self.weft, &other.weft)] {
+            update(target, source, |target, source| target + factor * source);
+        }
+    }
+
+    /// self = factor * self + other
+    pub fn scale_and_add(&mut self, factor: f64, other: &Self) {
+        for (target, source) in [(&mut self.warp, &other.warp), (&mut self.weft, &other.weft)] {
+            update(target, source, |target, source| factor * target + source);
+        }
+    }
+
+    /// self = other
+    pub fn copy_from(&mut self, other: &Self) {
+        self.warp.copy_from_slice(&other.warp);
+        self.weft.copy_from_slice(&other.weft);
     }
 
     /// self *= factor
@@ -44,48 +58,26 @@ impl Field {
         }
     }
 
-    pub fn shift(&mut self, amount: f64) {
-        self.warp.iter_mut().chain(&mut self.weft).for_each(|value| *value += amount);
-    }
-
-    pub fn mean(&self) -> f64 {
-        let sum: f64 = self.warp.iter().chain(&self.weft).sum();
-        sum / (self.warp.len() + self.weft.len()) as f64
-    }
-
     /// Warp less weft at each crossing, picks x ends.
     pub fn difference(&self, picks: usize, ends: usize) -> Vec<f64> {
         let mut difference = transpose(&self.warp, ends, picks);
-        add_to(&mut difference, -1.0, &self.weft);
+        update(&mut difference, &self.weft, |warp, weft| warp - weft);
         difference
-    }
-
-    /// Warp plus weft at each crossing, picks x ends.
-    pub fn sum(&self, picks: usize, ends: usize) -> Vec<f64> {
-        let mut sum = transpose(&self.warp, ends, picks);
-        add_to(&mut sum, 1.0, &self.weft);
-        sum
     }
 
     /// Adds `force`, picks x ends, to the warp, and takes it from the weft.
     pub fn add_opposed(&mut self, force: &[f64], picks: usize, ends: usize) {
-        add_to(&mut self.warp, 1.0, &transpose(force, picks, ends));
-        add_to(&mut self.weft, -1.0, force);
-    }
-
-    /// Adds `amount`, picks x ends, to both.
-    pub fn add_common(&mut self, amount: &[f64], picks: usize, ends: usize) {
-        add_to(&mut self.warp, 1.0, &transpose(amount, picks, ends));
-        add_to(&mut self.weft, 1.0, amount);
+        zip_transposed(&mut self.warp, force, picks, ends, |warp, force| warp + force);
+        update(&mut self.weft, force, |weft, force| weft - force);
     }
 }
 
-fn add_to(target: &mut [f64], factor: f64, source: &[f64]) {
+fn update(target: &mut [f64], source: &[f64], value: impl Fn(f64, f64) -> f64 + Sync) {
     target
         .par_iter_mut()
         .zip(source)
         .with_min_len(CHUNK)
-        .for_each(|(target, source)| *target += factor * source);
+        .for_each(|(target, &source)| *target = value(*target, source));
 }
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {

@@ -1,58 +1,47 @@
 //! The strain energy of one yarn direction as a quadratic form of the heights at the crossings.
 //!
-//! Given these heights, the energy is quadratic in everything else: each knot between two crossings
-//! couples only to the two, so it is eliminated in closed form; the slopes at the crossings are then
-//! a cyclic tridiagonal system that all yarns of the direction share.
-
-use std::sync::Arc;
+//! Given these heights, the energy is quadratic in everything else. The knots between two crossings
+//! couple only to the two, so they are eliminated in closed form, with all crossings in between of
+//! yarns of other layers (see `float`); the slopes at the crossings are then a cyclic tridiagonal
+//! system that all yarns of the direction share.
 
 use rayon::prelude::*;
 
 use super::cyclic::CyclicTridiagonal;
 use super::field::yarns_per_task;
-use crate::weave::curve::HeightCurve;
-use crate::weave::problem::YarnData;
+use super::float::Float;
 
-/// The strain of all yarns of one direction.
+/// The strain of all yarns of one direction and layer.
 pub(super) struct Strain {
     stiffness: Vec<f64>,
-    spans: Vec<Span>,
+    /// From each crossing to the next of the same layer.
+    floats: Vec<Float>,
     slopes: CyclicTridiagonal,
-    knots: Arc<[f64]>,
-    period: f64,
 }
 
 impl Strain {
-    /// The strain of `yarns`, whose knots are the boundaries and middles of the `crossed` slots.
-    pub fn new(yarns: &YarnData, crossed: &YarnData) -> Self {
-        let slots = &crossed.spacing;
-        let spans: Vec<Span> = (0..slots.len())
-            .map(|slot| Span::new(slots[slot] / 2.0, slots[(slot + 1) % slots.len()] / 2.0))
+    /// The strain of yarns of these stiffnesses, which cross yarns with these `slots`; the heights
+    /// are those at the crossings with `crossed`, some of them, in ascending order.
+    pub fn new(stiffness: Vec<f64>, slots: &[f64], crossed: &[usize]) -> Self {
+        let floats: Vec<Float> = (0..crossed.len())
+            .map(|place| {
+                let first = crossed[place];
+                let next = crossed[(place + 1) % crossed.len()];
+                Float::new(segments(slots, first, next))
+            })
             .collect();
-        let mut diagonal = vec![0.0; slots.len()];
-        for (slot, span) in spans.iter().enumerate() {
-            diagonal[slot] += span.matrix[1][1];
-            diagonal[(slot + 1) % slots.len()] += span.matrix[3][3];
+        let mut diagonal = vec![0.0; floats.len()];
+        for (place, float) in floats.iter().enumerate() {
+            diagonal[place] += float.slope[0][0];
+            diagonal[(place + 1) % floats.len()] += float.slope[1][1];
         }
-        let coupling: Vec<f64> = spans.iter().map(|span| span.matrix[1][3]).collect();
-        let mut period = 0.0;
-        let mut knots = Vec::with_capacity(2 * slots.len());
-        for slot in slots {
-            knots.extend([period, period + slot / 2.0]);
-            period += slot;
-        }
-        Self {
-            stiffness: yarns.stiffness.clone(),
-            slopes: CyclicTridiagonal::factor(&diagonal, &coupling),
-            spans,
-            knots: knots.into(),
-            period,
-        }
+        let coupling: Vec<f64> = floats.iter().map(|float| float.slope[0][1]).collect();
+        Self { stiffness, slopes: CyclicTridiagonal::factor(&diagonal, &coupling), floats }
     }
 
     /// Number of crossings of one yarn.
     pub fn crossings(&self) -> usize {
-        self.spans.len()
+        self.floats.len()
     }
 
     /// Stiffness of each yarn.
@@ -63,13 +52,13 @@ impl Strain {
     /// Reciprocal distance of each crossing to the next: the form's coefficients, were the yarn
     /// straight in between.
     pub fn straight_coupling(&self) -> impl Iterator<Item = f64> + '_ {
-        self.spans.iter().map(|span| 1.0 / (span.lengths[0] + span.lengths[1]))
+        self.floats.iter().map(|float| 1.0 / float.length)
     }
 
-    /// The derivative of the strain energy with respect to the crossing heights, yarns x crossings.
-    pub fn apply(&self, heights: &[f64]) -> Vec<f64> {
+    /// The derivative of the strain energy with respect to the crossing heights, yarns x crossings,
+    /// written over `forces`.
+    pub fn apply(&self, heights: &[f64], forces: &mut [f64]) {
         let count = self.crossings();
-        let mut forces = vec![0.0; heights.len()];
         forces
             .par_chunks_mut(count)
             .zip(heights.par_chunks(count))
@@ -78,107 +67,76 @@ impl Strain {
             .for_each_init(
                 || vec![0.0; count],
                 |slopes, ((forces, heights), &stiffness)| {
+                    forces.fill(0.0);
                     self.solve_slopes(heights, slopes);
                     self.add_forces(heights, slopes, stiffness, forces);
                 },
             );
-        forces
     }
 
-    /// The whole curve of a yarn with these heights at its crossings.
-    pub fn curve(&self, heights: &[f64]) -> HeightCurve {
-        let count = self.crossings();
-        let mut slopes = vec![0.0; count];
+    /// Writes height and slope at all knots of a yarn with these heights at its crossings with
+    /// `crossed`.
+    pub fn write_curve(
+        &self,
+        heights: &[f64],
+        crossed: &[usize],
+        height: &mut [f64],
+        slope: &mut [f64],
+    ) {
+        let mut slopes = vec![0.0; self.crossings()];
         self.solve_slopes(heights, &mut slopes);
-        let mut curve = HeightCurve {
-            knots: self.knots.clone(),
-            period: self.period,
-            height: vec![0.0; 2 * count],
-            slope: vec![0.0; 2 * count],
-        };
-        for (index, span) in self.spans.iter().enumerate() {
-            let next = (index + 1) % count;
-            let ends = [heights[index], slopes[index], heights[next], slopes[next]];
-            (curve.height[2 * next], curve.slope[2 * next]) = span.middle(ends);
-            curve.height[2 * index + 1] = heights[index];
-            curve.slope[2 * index + 1] = slopes[index];
-        }
-        curve
+        self.for_each_float(|float, place, next| {
+            let first = 2 * crossed[place] + 1;
+            (height[first], slope[first]) = (heights[place], slopes[place]);
+            let joints =
+                float.joints([heights[place], heights[next]], [slopes[place], slopes[next]]);
+            for (offset, joint) in joints.into_iter().enumerate() {
+                let knot = (first + 1 + offset) % height.len();
+                (height[knot], slope[knot]) = joint;
+            }
+        });
     }
 
     /// The slopes at the crossings with the least strain.
     fn solve_slopes(&self, heights: &[f64], slopes: &mut [f64]) {
         slopes.fill(0.0);
-        self.for_each_span(|span, index, next| {
-            let rise = heights[next] - heights[index];
-            slopes[index] -= span.matrix[1][2] * rise;
-            slopes[next] -= span.matrix[3][2] * rise;
+        self.for_each_float(|float, place, next| {
+            let rise = heights[next] - heights[place];
+            slopes[place] -= float.rise_slope[0] * rise;
+            slopes[next] -= float.rise_slope[1] * rise;
         });
         self.slopes.solve(slopes);
     }
 
     fn add_forces(&self, heights: &[f64], slopes: &[f64], stiffness: f64, forces: &mut [f64]) {
-        self.for_each_span(|span, index, next| {
-            let rise = heights[next] - heights[index];
-            let row = &span.matrix[2];
-            let force = row[2] * rise + row[1] * slopes[index] + row[3] * slopes[next];
-            forces[index] -= stiffness * force;
+        self.for_each_float(|float, place, next| {
+            let rise = heights[next] - heights[place];
+            let [first, second] = float.rise_slope;
+            let force = float.rise * rise + first * slopes[place] + second * slopes[next];
+            forces[place] -= stiffness * force;
             forces[next] += stiffness * force;
         });
     }
 
-    /// Calls `visit(span, crossing, next crossing)` for every span.
-    fn for_each_span(&self, mut visit: impl FnMut(&Span, usize, usize)) {
-        let last = self.spans.len() - 1;
-        for (index, span) in self.spans[..last].iter().enumerate() {
-            visit(span, index, index + 1);
+    /// Calls `visit(float, crossing, next crossing)` for every float.
+    fn for_each_float(&self, mut visit: impl FnMut(&Float, usize, usize)) {
+        let last = self.floats.len() - 1;
+        for (place, float) in self.floats[..last].iter().enumerate() {
+            visit(float, place, place + 1);
         }
-        visit(&self.spans[last], last, 0);
+        visit(&self.floats[last], last, 0);
     }
 }
 
-/// Two cubic segments between neighbouring crossings, their common knot eliminated.
-struct Span {
-    /// From the first crossing to the knot, and from there to the second.
-    lengths: [f64; 2],
-    /// The form at stiffness 1 over (h, slope) of the first and (h, slope) of the second crossing.
-    matrix: [[f64; 4]; 4],
-}
-
-impl Span {
-    fn new(first: f64, second: f64) -> Self {
-        let lengths = [first, second];
-        let mut matrix = [
-            [1.2 / first, 0.1, 0.0, 0.0],
-            [0.1, first / 7.5, 0.0, 0.0],
-            [0.0, 0.0, 1.2 / second, -0.1],
-            [0.0, 0.0, -0.1, second / 7.5],
-        ];
-        let (coupling, pivots) = Self::knot(lengths);
-        for (row, pivot) in coupling.iter().zip(pivots) {
-            for i in 0..4 {
-                for j in 0..4 {
-                    matrix[i][j] -= row[i] * row[j] / pivot;
-                }
-            }
-        }
-        Self { lengths, matrix }
+/// The segments from the middle of one slot to that of another, or round the period to its own: half
+/// a slot each.
+fn segments(slots: &[f64], first: usize, next: usize) -> Vec<f64> {
+    let mut segments = vec![slots[first] / 2.0];
+    let mut slot = (first + 1) % slots.len();
+    while slot != next {
+        segments.extend([slots[slot] / 2.0; 2]);
+        slot = (slot + 1) % slots.len();
     }
-
-    /// How the height and the slope of the knot between couple to the crossings, and their own
-    /// coefficients; the two do not couple to each other.
-    fn knot([first, second]: [f64; 2]) -> ([[f64; 4]; 2], [f64; 2]) {
-        let height = [-1.2 / first, -0.1, -1.2 / second, 0.1];
-        let slope = [0.1, -first / 30.0, -0.1, -second / 30.0];
-        ([height, slope], [1.2 / first + 1.2 / second, (first + second) / 7.5])
-    }
-
-    /// Height and slope of the knot between, for the least strain.
-    fn middle(&self, ends: [f64; 4]) -> (f64, f64) {
-        let (coupling, pivots) = Self::knot(self.lengths);
-        let [height, slope] = [0, 1].map(|row| {
-            -(0..4).map(|column| coupling[row][column] * ends[column]).sum::<f64>() / pivots[row]
-        });
-        (height, slope)
-    }
+    segments.push(slots[next] / 2.0);
+    segments
 }

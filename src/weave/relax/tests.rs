@@ -45,16 +45,17 @@ fn solve(problem: &RelaxProblem) -> Relaxed {
 fn check_order(problem: &RelaxProblem, relaxed: &Relaxed) {
     for pick in 0..problem.pattern.picks {
         for end in 0..problem.pattern.ends {
-            let warp = relaxed.warp[end].height[2 * pick + 1];
-            let weft = relaxed.weft[pick].height[2 * end + 1];
+            let warp = relaxed.warp.yarn(end).height[2 * pick + 1];
+            let weft = relaxed.weft.yarn(pick).height[2 * end + 1];
             assert_eq!(warp > weft, problem.pattern.is_warp_up(pick, end));
         }
     }
 }
 
-fn extent<'a>(values: impl IntoIterator<Item = &'a Vec<f64>>) -> [f64; 2] {
-    let values = values.into_iter().flatten();
-    values.fold([f64::MAX, f64::MIN], |[low, high], &value| [low.min(value), high.max(value)])
+fn extent(values: &[f64]) -> [f64; 2] {
+    values
+        .iter()
+        .fold([f64::MAX, f64::MIN], |[low, high], &value| [low.min(value), high.max(value)])
 }
 
 #[test]
@@ -67,8 +68,8 @@ fn minima_are_those_computed_independently() {
     ];
     for (problem, expected) in table {
         let relaxed = solve(&problem);
-        let [low, high] = extent(relaxed.warp.iter().map(|curve| &curve.height));
-        let [steepest_down, steepest_up] = extent(relaxed.warp.iter().map(|curve| &curve.slope));
+        let [low, high] = extent(&relaxed.warp.height);
+        let [steepest_down, steepest_up] = extent(&relaxed.warp.slope);
         let found = [relaxed.energy, low, high, steepest_up.max(-steepest_down)];
         for (found, expected) in found.into_iter().zip(expected) {
             assert!((found - expected).abs() < 1e-6, "{found} {expected}");
@@ -117,7 +118,7 @@ fn what_nothing_binds_comes_to_rest_without_energy() {
     }
     let one_loose_warp = equal_yarns(6, 6, |pick, end| end == 0 || coin(pick, end));
     let relaxed = solve(&one_loose_warp);
-    assert!(extent([&relaxed.warp[0].slope]).iter().all(|slope| slope.abs() < 1e-6));
+    assert!(extent(relaxed.warp.yarn(0).slope).iter().all(|slope| slope.abs() < 1e-6));
 }
 
 #[test]
@@ -125,8 +126,8 @@ fn four_repeats_have_four_times_the_energy() {
     let one = solve(&equal_yarns(3, 5, coin));
     let four = solve(&equal_yarns(6, 10, |pick, end| coin(pick % 3, end % 5)));
     assert!((four.energy / one.energy - 4.0).abs() < 1e-9);
-    let (h, slope) = one.warp[2].eval(1.234);
-    let (same_h, same_slope) = four.warp[7].eval(1.234 + 3.0);
+    let (h, slope) = one.warp.yarn(2).eval(1.234);
+    let (same_h, same_slope) = four.warp.yarn(7).eval(1.234 + 3.0);
     assert!((h - same_h).abs() < 1e-6 && (slope - same_slope).abs() < 1e-6);
 }
 
@@ -135,7 +136,7 @@ fn turning_the_cloth_over_turns_the_heights() {
     let face = solve(&equal_yarns(9, 7, coin));
     let back = solve(&equal_yarns(9, 7, |pick, end| !coin(pick, end)));
     assert!((face.energy - back.energy).abs() < 1e-10 * face.energy);
-    for (up, down) in face.warp[0].height.iter().zip(&back.warp[0].height) {
+    for (up, down) in face.warp.height.iter().zip(&back.warp.height) {
         assert!((up + down).abs() < 1e-6);
     }
 }
@@ -143,8 +144,8 @@ fn turning_the_cloth_over_turns_the_heights() {
 #[test]
 fn the_mean_crossing_height_is_zero() {
     let relaxed = solve(&equal_yarns(7, 11, |pick, end| coin(pick, end) || end % 3 == 0));
-    let curves = relaxed.warp.iter().chain(&relaxed.weft);
-    let sum: f64 = curves.flat_map(|curve| curve.height.iter().skip(1).step_by(2)).sum();
+    let heights = relaxed.warp.height.iter().chain(&relaxed.weft.height);
+    let sum: f64 = heights.skip(1).step_by(2).sum();
     assert!(sum.abs() < 1e-9);
 }
 
@@ -186,11 +187,55 @@ fn a_cell_near_by_leads_to_the_same_heights_in_fewer_steps() {
         let expected = solve(&problem);
         let relaxed = relax_near(&problem, &near, 0.7, &control).unwrap();
         assert!(relaxed.iterations < expected.iterations);
-        let curves = relaxed.warp.iter().chain(&relaxed.weft);
-        for (curve, expected) in curves.zip(expected.warp.iter().chain(&expected.weft)) {
-            for (height, expected) in curve.height.iter().zip(&expected.height) {
-                assert!((height - expected).abs() < 1e-6, "{height} {expected}");
-            }
+        let heights = relaxed.warp.height.iter().chain(&relaxed.weft.height);
+        for (height, expected) in
+            heights.zip(expected.warp.height.iter().chain(&expected.weft.height))
+        {
+            assert!((height - expected).abs() < 1e-6, "{height} {expected}");
         }
     }
+}
+
+/// A pattern of which all but some ends and picks lie on, or under, all others.
+fn corner(size: usize) -> RelaxProblem {
+    equal_yarns(size, size, |pick, end| pick < 6 && end < 4 && coin(pick, end))
+}
+
+#[test]
+fn what_hardly_interlaces_takes_as_few_steps_as_what_it_interlaces() {
+    let few = solve(&corner(30));
+    let many = solve(&corner(700));
+    assert!(few.iterations.max(many.iterations) < 20);
+    // Longer floats pull a little less.
+    assert!(many.energy < few.energy && many.energy > 0.95 * few.energy);
+}
+
+#[test]
+fn layers_come_to_lie_on_each_other() {
+    let size = 12;
+    let problem = corner(size);
+    let relaxed = solve(&problem);
+    let gap = |pick: usize, end: usize| {
+        let [warp, weft] = [relaxed.warp.yarn(end), relaxed.weft.yarn(pick)];
+        (warp.height[2 * pick + 1] - weft.height[2 * end + 1]) / problem.contact(pick, end)
+    };
+    for end in 4..size {
+        let nearest = (0..size).map(|pick| gap(pick, end)).fold(f64::INFINITY, f64::min);
+        assert!((nearest - 1.0).abs() < 1e-12, "{end}: {nearest}");
+    }
+}
+
+#[test]
+fn progress_is_counted_to_its_end() {
+    for problem in [equal_yarns(9, 8, coin), corner(20)] {
+        let control = Control::default();
+        relax(&problem, &control).unwrap();
+        assert_eq!(control.done(), UNITS);
+    }
+}
+
+#[test]
+fn memory_that_cannot_be_had_is_an_error() {
+    let error = check_memory(1 << 40, 1 << 20).unwrap_err();
+    assert!(matches!(error, Error::OutOfMemory { .. }), "{error}");
 }
