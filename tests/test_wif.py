@@ -503,7 +503,8 @@ def test_a_written_file_is_what_a_weaver_would_write(tmp_path):
     )
     pc.write_wif(draft, path)
     assert path.read_bytes().decode() == (
-        "[WIF]\nVersion=1.1\nSource Program=plycloth\n\n"
+        "[WIF]\nVersion=1.1\nDate=April 20, 1997\nDevelopers=wif@mhsoft.com\n"
+        f"Source Program=plycloth\nSource Version={pc.__version__}\n\n"
         "[CONTENTS]\nTEXT=true\nNOTES=true\nWEAVING=true\nTHREADING=true\nTIEUP=true\n"
         "TREADLING=true\nCOLOR PALETTE=true\nCOLOR TABLE=true\nWARP=true\nWARP COLORS=true\n"
         "WEFT=true\n\n"
@@ -520,6 +521,76 @@ def test_a_written_file_is_what_a_weaver_would_write(tmp_path):
         "[WARP COLORS]\n1=3\n2=3\n3=3\n4=2\n5=3\n6=3\n\n"
         "[WEFT]\nThreads=6\nUnits=Centimeters\nColor=1\nSpacing=0.1\nThickness=0.08\n"
     )
+
+
+def test_colours_that_the_table_rounds_are_kept_beside_it(tmp_path):
+    path = tmp_path / "draft.wif"
+    draft = pc.Draft.from_pattern(
+        pc.WeavePattern.plain(), warp_colors=RED, weft_colors=(0.9, 0.9, 0.9)
+    )
+    pc.write_wif(draft, path)
+    text = path.read_text("utf-8")
+    assert "[COLOR PALETTE]\nRange=0,255\n" in text
+    assert "[COLOR TABLE]\n1=230,230,230\n2=255,0,0\n" in text
+    assert "[PRIVATE PLYCLOTH COLORS]\n1=0.9,0.9,0.9\n" in text
+    # Whoever changes the table does not know the section, which is stale then.
+    path.write_text(text.replace("1=230,230,230", "1=0,0,255"), "utf-8")
+    assert (pc.read_wif(path).weft_colors == (0.0, 0.0, 1.0)).all()
+
+
+def written(tmp_path, different):
+    """A draft of so many different picks, in colours that eight bits round, and its file."""
+    rng = np.random.default_rng(different)
+    warp_up = np.eye(different, dtype=bool)
+    warp_up[:, 0] = True
+    draft = pc.Draft.from_pattern(
+        pc.WeavePattern(warp_up),
+        warp_colors=rng.random((different, 3)),
+        weft_colors=(0.9, 0.9, 0.9),
+        weft_spacing=rng.random(different) + 1.0,
+        title="A draft",
+    )
+    pc.write_wif(draft, tmp_path / "draft.wif")
+    return draft, tmp_path / "draft.wif"
+
+
+@pytest.mark.parametrize("different", [5, 40])
+def test_pyweaving_reads_what_is_written(tmp_path, different):
+    wif = pytest.importorskip("pyweaving.wif")
+    draft, path = written(tmp_path, different)
+    read = wif.WIFReader(str(path)).read()
+    seen = [thread.color.rgb for thread in read.warp]
+    assert np.array_equal(seen, np.rint(255 * draft.warp_colors))
+    lifted = [pick.connected_shafts for pick in read.weft]
+    warp_up = [[end.shaft in shafts for end in read.warp] for shafts in lifted]
+    assert np.array_equal(warp_up, draft.pattern.warp_up)
+
+
+@pytest.mark.parametrize("different", [5, 40])
+def test_dtx_to_wif_reads_what_is_written(tmp_path, different):
+    wif = pytest.importorskip("dtx_to_wif")
+    draft, path = written(tmp_path, different)
+    with path.open(encoding="utf-8") as file:
+        read = wif.read_wif(file)
+    assert (read.name, read.color_range, read.source_program) == ("A draft", (0, 255), "plycloth")
+    colors = [
+        read.color_table[read.warp_colors.get(end, read.warp.color)]
+        for end in range(1, different + 1)
+    ]
+    assert np.array_equal(colors, np.rint(255 * draft.warp_colors))
+    spacing = [
+        10 * read.weft_spacing.get(pick, read.weft.spacing) for pick in range(1, different + 1)
+    ]
+    assert spacing == pytest.approx(draft.weft_spacing)
+    lifts = read.liftplan or {
+        pick: set().union(*(read.tieup[t] for t in treadles))
+        for pick, treadles in read.treadling.items()
+    }
+    warp_up = [
+        [bool(read.threading[end] & lifts[pick]) for end in range(1, different + 1)]
+        for pick in range(1, different + 1)
+    ]
+    assert np.array_equal(warp_up, draft.pattern.warp_up)
 
 
 @pytest.mark.parametrize(("different", "section"), [(32, "[TIEUP]"), (33, "[LIFTPLAN]")])

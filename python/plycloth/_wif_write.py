@@ -11,13 +11,18 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from plycloth._plycloth import __version__
+from plycloth._wif_yarns import EXACT_COLORS
 from plycloth.draft import Draft
 
 # A draft with more different picks than a loom has treadles is written as a lift plan.
 MOST_TREADLES = 32
 
-# The whole numbers up to one of these stand for a colour's values from 0 to 1, if they can.
-_WHOLE_RANGES = (255, 999, 65535)
+# The whole numbers up to this stand for a colour's values from 0 to 1.
+_HIGHEST = 255
+
+# What the format demands of its version 1.1.
+_VERSION = {"Version": "1.1", "Date": "April 20, 1997", "Developers": "wif@mhsoft.com"}
 
 Sections = dict[str, dict[str, str]]
 
@@ -26,10 +31,10 @@ def write_wif(draft: Draft, path: str | PathLike[str]) -> None:
     """Write a draft to a WIF (version 1.1), from which `read_wif` reads an equal draft.
 
     Ends that weave alike share a shaft, and picks that weave alike a treadle. With more than 32
-    treadles a lift plan takes the place of tie-up and treadling. Lengths are in centimetres.
-    Colours are whole numbers from 0 to 255, 999 or 65535 if one of these is exact, else decimal
-    fractions. Where yarns of a side differ, each of them gets a row: other readers stumble over
-    missing ones.
+    treadles a lift plan takes the place of tie-up and treadling, and there are no treadles. Lengths
+    are in centimetres. Colours are whole numbers from 0 to 255, as all readers expect; those that
+    this rounds are in a private section as well, from which `read_wif` has them back. Where yarns
+    of a side differ, each of them gets a row: other readers stumble over missing ones.
 
     Parameters
     ----------
@@ -48,7 +53,8 @@ def write_wif(draft: Draft, path: str | PathLike[str]) -> None:
     if not isinstance(draft, Draft):
         raise TypeError(f"draft must be a Draft, not a {type(draft).__name__}")
     sections = {**_texts(draft), **_weave(draft.pattern.warp_up), **_yarns(draft)}
-    header = {"WIF": {"Version": "1.1", "Source Program": "plycloth"}}
+    source = {"Source Program": "plycloth", "Source Version": __version__}
+    header = {"WIF": {**_VERSION, **source}}
     contents = {"CONTENTS": dict.fromkeys(sections, "true")}
     text = "\n".join(_layout(*section) for section in {**header, **contents, **sections}.items())
     Path(path).write_bytes(text.encode("utf-8"))
@@ -80,12 +86,14 @@ def _weave(warp_up: NDArray[np.bool_]) -> Sections:
         "THREADING": _numbered(map(str, shaft_of_end)),
     }
     if len(first_picks) > MOST_TREADLES:
-        # The key is required; a loom with a lift plan has a treadle for each shaft.
-        sections["WEAVING"]["Treadles"] = str(len(first_ends))
+        # The key is required, and readers refuse a lift plan beside treadles.
+        sections["WEAVING"]["Treadles"] = "0"
         sections["LIFTPLAN"] = _numbered(_shaft_lists(lifted))
     else:
         sections["WEAVING"]["Treadles"] = str(len(first_picks))
-        sections["TIEUP"] = _numbered(_shaft_lists(lifted[first_picks]))
+        ties = _numbered(_shaft_lists(lifted[first_picks]))
+        # A treadle without a row lifts nothing; some readers take the 0 for a shaft.
+        sections["TIEUP"] = {key: tie for key, tie in ties.items() if tie != "0"} or ties
         sections["TREADLING"] = _numbered(map(str, treadle_of_pick))
     return sections
 
@@ -110,10 +118,9 @@ def _shaft_lists(lifted: NDArray[np.bool_]) -> Iterable[str]:
 def _yarns(draft: Draft) -> Sections:
     palette = np.unique(np.concatenate((draft.warp_colors, draft.weft_colors)), axis=0)
     numbers = {tuple(color): str(i) for i, color in enumerate(palette.tolist(), start=1)}
-    highest, table = _color_rows(palette)
     sections = {
-        "COLOR PALETTE": {"Range": f"0,{highest}", "Entries": str(len(table))},
-        "COLOR TABLE": _numbered(table),
+        "COLOR PALETTE": {"Range": f"0,{_HIGHEST}", "Entries": str(len(palette))},
+        **_tables(palette),
     }
     for side, colors, spacing, thickness in (
         ("WARP", draft.warp_colors, draft.warp_spacing, draft.warp_thickness),
@@ -132,13 +139,13 @@ def _yarns(draft: Draft) -> Sections:
     return sections
 
 
-def _color_rows(palette: NDArray[np.float64]) -> tuple[int, list[str]]:
-    """Return the highest number of the range, and the rows of the table."""
-    for highest in _WHOLE_RANGES:
-        whole = np.rint(palette * highest)
-        if np.array_equal(whole / highest, palette):
-            return highest, [",".join(map(str, row)) for row in whole.astype(int).tolist()]
-    return 1, [",".join(map(_plain, row)) for row in palette.tolist()]
+def _tables(palette: NDArray[np.float64]) -> Sections:
+    """Return the table of colours, and one of those that it rounds."""
+    whole = np.rint(palette * _HIGHEST)
+    rows = _numbered(",".join(map(str, row)) for row in whole.astype(int).tolist())
+    rounded = np.flatnonzero((whole / _HIGHEST != palette).any(axis=1)).tolist()
+    exact = {str(i + 1): ",".join(map(_plain, palette[i].tolist())) for i in rounded}
+    return {"COLOR TABLE": rows} | ({EXACT_COLORS: exact} if exact else {})
 
 
 def _centimeters(millimetres: float) -> str:

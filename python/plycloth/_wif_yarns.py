@@ -30,6 +30,10 @@ _OTHER_SPELLINGS = {
 }
 
 
+# A section of plycloth's own, with the values from 0 to 1 of colours that the table rounds.
+EXACT_COLORS = "PRIVATE PLYCLOTH COLORS"
+
+
 class Palette:
     """The colours of [COLOR TABLE], scaled by the Range of [COLOR PALETTE] to [0, 1]."""
 
@@ -43,6 +47,7 @@ class Palette:
             if entry.bare
         }
         self._note_clipped()
+        self._colors |= self._read_exact()
 
     def __bool__(self) -> bool:
         return bool(self._colors)
@@ -65,6 +70,17 @@ class Palette:
                 entry,
             )
         return self._colors[int(numbers[0])]
+
+    def _read_exact(self) -> dict[int, tuple[float, ...]]:
+        """Return the colours that the table has rounded; what no longer agrees with it is stale."""
+        step = 1 / float(self._high - self._low)
+        exact = {}
+        for number, entry in self._wif.numbered(EXACT_COLORS).items():
+            color = tuple(map(float, self._triple(entry, self._wif.decimals(entry))))
+            rounded = self._colors.get(number)
+            if rounded and np.allclose(color, rounded, rtol=0, atol=0.5001 * step):
+                exact[number] = color
+        return exact
 
     def _read_range(self) -> tuple[Decimal, Decimal]:
         entry = self._wif.entry("COLOR PALETTE", "range")
