@@ -95,7 +95,7 @@ fn tubes(spec: &ClothSpec) -> Vec<Tube> {
             let place = yarn as f64 + 0.5 - half;
             for ply in 0..plies {
                 let twist = (helix, 1.0 / pitch, TAU * ply as f64 / plies as f64);
-                let curve = &curves[yarn % curves.len()];
+                let curve = &curves.yarn(yarn % curves.len());
                 let at = |s: f64| ply_center(curve, set, place, s, twist);
                 tubes.push(Tube { set, yarn: yarn % curves.len(), rings: rings(at, ply_radius) });
             }

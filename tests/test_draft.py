@@ -127,3 +127,54 @@ def test_threads_between_others_stay_and_nothing_is_left_of_nothing():
     for weave in (gap, pc.WeavePattern(np.ones((4, 5))), pc.WeavePattern(np.tri(5))):
         draft = pc.Draft.from_pattern(weave)
         assert draft.trimmed() is draft
+
+
+def test_mirrored_ends_are_the_same_ends_from_the_right():
+    draft = pc.Draft.from_pattern(
+        pc.WeavePattern([[1, 0, 0], [0, 1, 0]]),
+        warp_colors=[[1, 0, 0], [0, 1, 0], [0, 0, 1]],
+        warp_spacing=[1.0, 2.0, 3.0],
+        warp_thickness=[0.1, 0.2, 0.3],
+        weft_spacing=[4.0, 5.0],
+        title="kept",
+    )
+    turned = draft.mirrored()
+    assert np.array_equal(turned.pattern.warp_up, [[0, 0, 1], [0, 1, 0]])
+    assert np.array_equal(turned.warp_colors, draft.warp_colors[::-1])
+    assert turned.warp_spacing.tolist() == [3.0, 2.0, 1.0]
+    assert turned.warp_thickness.tolist() == [0.3, 0.2, 0.1]
+    assert turned.weft_spacing.tolist() == [4.0, 5.0]
+    assert turned.title == "kept"
+    assert turned.mirrored() == draft
+
+
+RED, GREEN, BLUE = [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]
+
+
+def test_a_colour_is_changed_wherever_it_is():
+    draft = pc.Draft.from_pattern(
+        pc.WeavePattern.twill(2, 1), warp_colors=[GREEN, RED, GREEN], weft_colors=[RED, BLUE, RED]
+    )
+    assert draft.colors.tolist() == [GREEN, RED, BLUE]
+    changed = draft.recolored({2: "#3366CC", 1: (0.5, 0.5, 0.5)})
+    grey, blue = [0.5, 0.5, 0.5], [0.2, 0.4, 0.8]
+    assert changed.warp_colors.tolist() == [grey, blue, grey]
+    assert changed.weft_colors.tolist() == [blue, BLUE, blue]
+    # Each number is that of the draft before, so that two colours can change places.
+    swapped = draft.recolored({1: RED, 2: GREEN})
+    assert swapped.warp_colors.tolist() == [RED, GREEN, RED]
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({4: RED}, r"no colour 4: it has 1 #333333, 2 #e6e6e6$"),
+        ({0: RED}, "no colour 0"),
+        ({1: "#12345"}, "# and six hexadecimal digits, not '#12345'"),
+        ({1: "red"}, "not 'red'"),
+        ({1: (2.0, 0.0, 0.0)}, r"a colour must be in \[0, 1\]"),
+    ],
+)
+def test_bad_colours_are_named(changes, message):
+    with pytest.raises(ValueError, match=message):
+        pc.Draft.from_pattern(pc.WeavePattern.plain()).recolored(changes)

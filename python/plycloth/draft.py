@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from plycloth._check import ParameterError, integer
 from plycloth.drawdown import drawdown_png
 from plycloth.weave import WeavePattern
 
@@ -19,6 +22,11 @@ DEFAULT_WARP_COLOR = (0.2, 0.2, 0.2)
 DEFAULT_WEFT_COLOR = (0.9, 0.9, 0.9)
 DEFAULT_SPACING = 1.0
 DEFAULT_THICKNESS_RATIO = 0.8
+
+_number = integer(-(10**9), 10**9)
+
+# Characters of a list of colours in a message.
+LONGEST_LIST = 200
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -156,6 +164,56 @@ class Draft:
             self.notes,
         )
 
+    def mirrored(self) -> Draft:
+        """Return the draft with its ends in the opposite order: end 1 at the right.
+
+        Much weaving software draws end 1 at the right. As pictures the two are mirror images: a
+        twill to the right becomes one to the left.
+        """
+        return replace(
+            self,
+            pattern=WeavePattern(self.pattern.warp_up[:, ::-1]),
+            warp_colors=self.warp_colors[::-1],
+            warp_spacing=self.warp_spacing[::-1],
+            warp_thickness=self.warp_thickness[::-1],
+        )
+
+    @property
+    def colors(self) -> FloatArray:
+        """The different colours of ends and picks, n x 3, in the order of their first threads."""
+        every = np.concatenate((self.warp_colors, self.weft_colors))
+        _, firsts = np.unique(every, axis=0, return_index=True)
+        return every[np.sort(firsts)]
+
+    def recolored(self, changes: Mapping[int, ArrayLike | str]) -> Draft:
+        """Return the draft with other colours in place of some of its own.
+
+        Parameters
+        ----------
+        changes
+            By the number of a colour, counted from 1 in the order of `colors`, what takes its
+            place: RGB in [0, 1], display-encoded, or its code, such as "#aa3322".
+
+        Raises
+        ------
+        ParameterError
+            If the draft has no colour of that number, or a code is no colour.
+        ValueError
+            If a colour lies outside [0, 1].
+        """
+        old = self.colors
+        warp, weft = self.warp_colors.copy(), self.weft_colors.copy()
+        for number, color in changes.items():
+            if not 1 <= _number("the number of a colour", number) <= len(old):
+                listed = ", ".join(f"{i} {_code(c)}" for i, c in enumerate(old, start=1))
+                raise ParameterError(
+                    f"the draft has no colour {number}: it has {_cut(listed, LONGEST_LIST)}"
+                )
+            new = _parsed(color) if isinstance(color, str) else color
+            for colors, given in ((warp, self.warp_colors), (weft, self.weft_colors)):
+                colors[(given == old[number - 1]).all(axis=1)] = _colors("a colour", new, 1)[0]
+        return replace(self, warp_colors=warp, weft_colors=weft)
+
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Draft):
             return NotImplemented
@@ -205,6 +263,20 @@ def _within(yarns: slice, interlaces: NDArray[np.bool_]) -> slice | None:
     if not found.size:
         return None
     return slice(yarns.start + int(found[0]), yarns.start + int(found[-1]) + 1)
+
+
+def _code(color: FloatArray) -> str:
+    return "#" + "".join(f"{round(255 * value):02x}" for value in color.tolist())
+
+
+def _parsed(code: str) -> FloatArray:
+    if not re.fullmatch(r"#[0-9a-fA-F]{6}", code):
+        raise ParameterError(f"a colour must be # and six hexadecimal digits, not {code!r}")
+    return np.frombuffer(bytes.fromhex(code[1:]), np.uint8) / 255
+
+
+def _cut(text: str, longest: int) -> str:
+    return text if len(text) <= longest else text[:longest].rpartition(",")[0] + ", ..."
 
 
 def _colors(name: str, values: ArrayLike, count: int) -> FloatArray:

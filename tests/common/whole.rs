@@ -100,7 +100,7 @@ impl WholeCloth {
                     offset: (own.start(yarn) + 0.5 * own.slot(yarn)) / aspect,
                     start: crossing.start(range.start),
                     slots: range.clone().map(|i| crossing.slot(i)).collect(),
-                    knots: knots(&curves[own.index(yarn)], range, unit, quantum),
+                    knots: knots(&curves.yarn(own.index(yarn)), range, unit, quantum),
                     phase: twist.phase(range.start + phase_offset),
                 };
                 for (ply, piece) in shapes(&path, round(shape), twist) {

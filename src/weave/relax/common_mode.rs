@@ -139,7 +139,7 @@ impl CommonMode {
                 |scratch, (values, waves)| {
                     // What rounding left of parts that are nil in waves of a real row.
                     waves[0].im = 0.0;
-                    if self.ends % 2 == 0 {
+                    if self.ends.is_multiple_of(2) {
                         waves[kept - 1].im = 0.0;
                     }
                     let done = self.from_waves.process_with_scratch(waves, values, scratch);

@@ -114,9 +114,8 @@ mod tests {
         for via in 0..count {
             for from in 0..count {
                 if reaches[from][via] {
-                    for to in 0..count {
-                        reaches[from][to] |= reaches[via][to];
-                    }
+                    let beyond = reaches[via].clone();
+                    reaches[from].iter_mut().zip(beyond).for_each(|(to, reached)| *to |= reached);
                 }
             }
         }
