@@ -318,7 +318,7 @@ fn yarns_follow_their_relaxed_curves() {
             let y = (f64::from(step) / 100.0 - 0.5) * size[1];
             let ray = Ray { origin: DVec3::new(x, y, 3.0), direction: DVec3::NEG_Z };
             let hit = swatch.nearest(&ray).unwrap();
-            let (height, _) = thin.warp[end].eval((y + 0.5 * size[1]) / unit);
+            let (height, _) = thin.warp.yarn(end).eval((y + 0.5 * size[1]) / unit);
             if hit.place.set == YarnSet::Warp {
                 let expected = height * unit + 1e-3;
                 assert!(

@@ -97,7 +97,9 @@ def test_a_run_that_is_stopped_has_as_many_samples_everywhere():
 def without_size(whole):
     """A stand-in for a scene whose swatch is smaller than nothing: the core panics in it."""
     swatch = SimpleNamespace(extent_mm=(-1.0, 1.0), fabric=whole.swatch.fabric)
-    return SimpleNamespace(swatch=swatch, camera=whole.camera, lights=whole.lights)
+    return SimpleNamespace(
+        swatch=swatch, camera=whole.camera, lights=whole.lights, background=whole.background
+    )
 
 
 def test_a_panic_is_an_exception_that_spoils_nothing():

@@ -1,5 +1,7 @@
 """Pictures as a differentiable function of a fabric's optical parameters, for any optimiser."""
 
+from __future__ import annotations
+
 from collections.abc import Iterable
 
 import numpy as np

@@ -1,5 +1,7 @@
 """Linear light from picture files."""
 
+from __future__ import annotations
+
 import warnings
 from os import fspath
 from pathlib import Path
