@@ -80,12 +80,9 @@ fn a_panic_spoils_nothing() {
     let (scene, mut broken) = (cloth(), cloth());
     broken.materials.of_yarn = [vec![], vec![]];
     let film_after = film(&scene, 3, 2);
-    let before = film_after.image().unwrap();
     let run = || film_after.run(&broken, 2, &Control::default());
     assert!(catch_unwind(AssertUnwindSafe(run)).is_err());
     assert_eq!(film_after.samples(), 2);
-    // Tiles that saw no yarn may have gone on.
-    assert_eq!(film_after.image().unwrap()[0].len(), before[0].len());
     film_after.run(&scene, 1, &Control::default()).unwrap();
     assert_eq!(film_after.image().unwrap(), film(&scene, 3, 5).image().unwrap());
 }

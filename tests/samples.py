@@ -8,6 +8,18 @@ from plycloth.weave import WeavePattern
 PLAIN = WeavePattern([[True, False], [False, True]])
 TALL = WeavePattern([[True, False, True], [False, True, False]] * 2)  # 4 picks x 3 ends
 
+# No two of its parameters alike, none at a bound.
+TINTED = pc.PlyBsdf(
+    eta=1.45,
+    specular_tint=0.9,
+    transmission_tint=(0.9, 0.7, 0.5),
+    base_color=(0.7, 0.4, 0.2),
+    transmitted_color=(0.6, 0.3, 0.2),
+    extinction=4.0,
+    roughness=(0.25, 0.4),
+    exit_roughness=(0.3, 0.6),
+)
+
 
 def plain_fabric(**changes):
     # Pressed a little, so that none pass through each other.

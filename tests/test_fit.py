@@ -10,24 +10,14 @@ from plycloth.cells import cell_averages
 from plycloth.fit import _Point, _Problem, _Space
 from plycloth.lens import Lens
 from plycloth.unknowns import EXPOSURE, FALLOFF, OPTICAL, lens_unknowns, unknowns, with_values
-from samples import plain_fabric
+from samples import TINTED, plain_fabric
 
 # Whether its yarns fit side by side is all the same to a fit.
 pytestmark = pytest.mark.filterwarnings("ignore::plycloth.OverlapWarning")
 
 SIDES = ("front", "back")
 FRONT = ("front",)
-HIDDEN = pc.PlyBsdf(
-    eta=1.45,
-    specular_tint=0.9,
-    transmission_tint=(0.9, 0.7, 0.5),
-    base_color=(0.7, 0.4, 0.2),
-    transmitted_color=(0.6, 0.3, 0.2),
-    body_reflection=0.6,
-    extinction=4.0,
-    roughness=(0.25, 0.4),
-    exit_roughness=(0.3, 0.6),
-)
+HIDDEN = replace(TINTED, body_reflection=0.6)
 
 
 def scenes(bsdf, sides=SIDES):

@@ -10,21 +10,12 @@ import plycloth as pc
 import pytest
 from plycloth import _plycloth
 from plycloth.cells import cell_averages
-from samples import plain_fabric
+from samples import TINTED, plain_fabric
 
 # Whether its yarns fit side by side is all the same to a gradient.
 pytestmark = pytest.mark.filterwarnings("ignore::plycloth.OverlapWarning")
 
-WARP = pc.PlyBsdf(
-    eta=1.45,
-    specular_tint=0.9,
-    transmission_tint=(0.9, 0.7, 0.5),
-    base_color=(0.7, 0.4, 0.2),
-    transmitted_color=(0.6, 0.3, 0.2),
-    extinction=4.0,
-    roughness=(0.25, 0.4),
-    exit_roughness=(0.3, 0.6),
-)
+WARP = TINTED
 WEFT = replace(WARP, base_color=(0.2, 0.5, 0.6), roughness=(0.4, 0.3))
 SMOOTH = ("base_color", "transmitted_color", "extinction", "roughness", "body_reflection")
 

@@ -93,7 +93,7 @@ def _add_render(commands: Any) -> None:
     command.set_defaults(run=_render)
     add = command.add_argument
     add("draft", metavar="DRAFT.wif", type=Path, help="a draft, or a .json that plycloth saved")
-    _add_output(add)
+    _add_output(command)
     add("--spp", type=int, default=32, help="samples per pixel (default: %(default)s)")
     add(
         "--width",
@@ -127,7 +127,7 @@ def _add_render(commands: Any) -> None:
     add("--side", choices=CLOTH_SIDES, default="face", help="of the cloth (default: %(default)s)")
     _add_light(command)
     _add_dpi(command)
-    _add_common(command)  # fmt: skip
+    _add_common(command)
 
 
 def _add_compare(commands: Any) -> None:
@@ -147,7 +147,7 @@ def _add_compare(commands: Any) -> None:
         f" ({', '.join(READABLE)}), or a measured yarn, of which a plain weave is shown:"
         f" {', '.join(presets())}",
     )
-    _add_output(add)
+    _add_output(command)
     add("--spp", type=int, default=32, help="samples per pixel (default: %(default)s)")
     add("--height", type=int, default=HEIGHT, metavar="PIXELS", help="default: %(default)s")
     add(
@@ -160,7 +160,7 @@ def _add_compare(commands: Any) -> None:
     )
     _add_light(command)
     _add_dpi(command)
-    _add_common(command)  # fmt: skip
+    _add_common(command)
 
 
 def _add_fit(commands: Any) -> None:
@@ -196,7 +196,7 @@ def _add_fit(commands: Any) -> None:
         help="the weave, if it is known (default: looked for)",
     )
     _add_dpi(command)
-    _add_common(command)  # fmt: skip
+    _add_common(command)
 
 
 def _add_dpi(command: argparse.ArgumentParser) -> None:
@@ -205,8 +205,8 @@ def _add_dpi(command: argparse.ArgumentParser) -> None:
     )
 
 
-def _add_output(add: Any) -> None:
-    add(
+def _add_output(command: argparse.ArgumentParser) -> None:
+    command.add_argument(
         "-o",
         "--output",
         metavar="FILE",

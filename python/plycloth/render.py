@@ -32,7 +32,7 @@ class Renderer:
 
     Every sample depends on (seed, pixel, sample) alone: the picture is the same bit for bit for
     any number of threads and passes, stopped in between or not. Time grows with the number of
-    samples, memory with the number of pixels (21 bytes each, and 24 in its image) and of different
+    samples, memory with the number of pixels (20 bytes each, and 24 in its image) and of different
     2 x 2 blocks of crossings that are seen: of cloth that repeats it is the same whatever its size.
 
     All methods may be called from any thread, also while another one runs, and from the callback
