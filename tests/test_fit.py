@@ -163,7 +163,9 @@ def problem(lenses):
     everything = _Problem(
         scenes=scenes(HIDDEN),
         targets=[np.full((4, 4, 3), 0.3), np.full((4, 4, 3), 0.2)],
-        space=_Space(start, unknowns(None, tie=False, bounds={}), lens_unknowns(True, "each", 2)),
+        space=_Space(
+            start, unknowns(None, tie=False, bounds={}), lens_unknowns(True, "each", range(2))
+        ),
         paths=64,
         max_depth=5,
         weights=[1.0, 0.4],

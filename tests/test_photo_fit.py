@@ -7,8 +7,7 @@ import plycloth as pc
 import pytest
 from plycloth import photo_search
 from plycloth.cells import cell_averages
-from plycloth.photo_fit import guess_geometries
-from plycloth.photo_geometry import weaves
+from plycloth.photo_guess import find_threads, guess_geometries, usual_width
 from plycloth.photo_placement import Placement, find_placement
 from plycloth.photo_search import Effort
 
@@ -83,21 +82,17 @@ def test_placements_are_checked(placed, error, message):
         pc.photo_rig(SATIN.fabric((SHINY, SHINY)), "front", **placed)
 
 
-def test_weaves_for_every_repeat():
-    for repeat in (None, *range(1, 13)):
-        for name, pattern in weaves(repeat):
-            assert isinstance(pattern, pc.WeavePattern), name
-            if repeat is not None and repeat > 2 and repeat != 6:
-                assert repeat in (pattern.ends, pattern.picks)
-
-
 def test_guesses_follow_a_known_weave_and_the_pitch():
     y, x = np.mgrid[:256, :256]
     lines = 0.5 + 0.2 * np.cos(2 * np.pi * x / 5) + 0.2 * np.cos(2 * np.pi * y / 4)
     image = np.repeat(lines[..., None], 3, axis=2)
-    guesses = guess_geometries({"front": image}, SATIN.pattern)
+    threads = find_threads({"front": image})
+    rig = pc.PhotoRig().scaled(usual_width(threads, 256))
+    guesses = guess_geometries(threads, 256, rig, SATIN.pattern)
     assert {g.pattern for g in guesses} == {SATIN.pattern}
     assert guesses[0].warp_spacing_mm / guesses[0].weft_spacing_mm == pytest.approx(5 / 4, rel=0.03)
+    # As many threads as cloth usually has.
+    assert guesses[0].warp_spacing_mm * guesses[0].weft_spacing_mm == pytest.approx((10 / 35) ** 2)
 
 
 def test_a_placement_is_found_where_the_residuals_vanish():

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 from PIL import Image as PilImage
-from PIL import ImageOps
+from PIL import ImageOps, UnidentifiedImageError
 
 from plycloth import _plycloth
 from plycloth._check import nearest
@@ -249,6 +249,9 @@ def _codes(data: bytes, path: PathOrStr) -> npt.NDArray[np.float64]:
             return np.asarray(picture.convert("RGB"), dtype=np.float64) / 255
     except PilImage.DecompressionBombError as error:
         raise ImageError(f"{fspath(path)}: has too many pixels: {error}") from error
+    except UnidentifiedImageError as error:
+        what = "the file is empty" if not data else "it holds none of a known format"
+        raise ImageError(f"{fspath(path)}: not a readable picture: {what}") from error
     except (OSError, SyntaxError) as error:
         raise ImageError(f"{fspath(path)}: not a readable picture: {error}") from error
 
