@@ -35,6 +35,7 @@ class SmallPhotoFit:
 
     geometry = "plain weave"
     assumptions = ("The cloth is as large as it is.",)
+    doubts = ("it may be otherwise",)
     notes = ("Warning: it may be otherwise.", *assumptions)
 
     def __init__(self, sides=SIDES, stopped=None):
@@ -48,6 +49,9 @@ class SmallPhotoFit:
         )
         self.fabric = self.result.fabric
         self.stopped = stopped
+
+    def pictures(self):
+        return {side: self.picture(side) for side in SIDES}
 
     def picture(self, side, **_):
         return pc.Image(np.full((12, 12, 3), 0.5, np.float32))
