@@ -59,7 +59,10 @@ PLACING_PATHS = 256
 # No picture weighs less than this, relative to the one with the largest error.
 LEAST_WEIGHT = 0.1
 # The mean colour of the cloth by itself weighs so much: nothing but the exposure is against it.
+# Where it was off by more than a part, it weighs more, up to a number of times.
 LOOK_WEIGHT = 4.0
+LOOK_TOLERANCE = 0.05
+MOST_LOOK_WEIGHTS = 5.0
 # The exposure is looked for within this factor of where it starts.
 EXPOSURES = 50.0
 # Fits count up from their seeds; errors are judged by others.
@@ -165,6 +168,10 @@ def _weights(errors: Sequence[float]) -> list[float]:
     """Weigh squared errors so that their sum has the gradient of the sum of fourth powers."""
     squares = np.maximum(np.square(errors), LEAST_WEIGHT * np.square(errors).max())
     return list(squares / squares.mean())
+
+
+def _look_weight(error: float) -> float:
+    return LOOK_WEIGHT * min(MOST_LOOK_WEIGHTS, 1.0 + (error / LOOK_TOLERANCE) ** 2)
 
 
 class _OutOfTime(Exception):  # noqa: N818 (nothing is wrong)
@@ -279,6 +286,7 @@ class Search:
         ]
         lenses = [self.task.lens] * count if before is None else before.result.lenses
         weights = [1.0] * count if before is None else _weights(before.candidate.errors)
+        look_weight = _look_weight(0.0 if before is None else before.candidate.look_error)
         result = fit(
             [*scenes, *(look.scene(fabric) for look in looks)],
             [*self.images.values(), *(look.target for look in looks)],
@@ -288,7 +296,7 @@ class Search:
             falloff="each",
             lenses=[*lenses, *(Lens() for _ in looks)],
             fixed_lenses=[count] if looks else [],
-            weights=[*weights, *(LOOK_WEIGHT for _ in looks)],
+            weights=[*weights, *(look_weight for _ in looks)],
             # A fit that is tried again draws other paths.
             seed=self.seed + SEEDS_PER_FIT * len(self.trials),
             threads=self.threads,
