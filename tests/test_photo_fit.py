@@ -272,9 +272,18 @@ def test_the_fitted_cloth_by_itself_has_the_colours_of_the_photograph(efforts):
 
 @pytest.mark.parametrize("covers", [(0.5, 0.95), (0.7, 0.8)])
 def test_yarns_fill_their_room_and_never_overlap(covers):
-    image = np.full((64, 64, 3), 0.5)
-    threads = find_threads({"front": image})
-    guesses = guess_geometries(threads, 64, covers=covers)
+    blank = find_threads({"front": np.full((64, 64, 3), 0.5)})
+    # Ends that lie close, and picks that do not, as in twills.
+    spacing = replace(
+        blank.spacing, warp_px=1.3, weft_px=2.7, warp_confidence=1.0, weft_confidence=1.0
+    )
+    guesses = [
+        guess
+        for repeat, step in ((2, 1), (3, 1), (4, 3), (5, 2))
+        for guess in guess_geometries(
+            replace(blank, spacing=replace(spacing, repeat=repeat, step=step)), 64, covers=covers
+        )
+    ]
     tried = guesses + [g for each in guesses for g in each.variations(covers, cross_sections=True)]
     assert len({str(g) for g in tried}) > len(guesses)
     for geometry in tried:
@@ -286,6 +295,23 @@ def test_yarns_fill_their_room_and_never_overlap(covers):
             (fabric.weft, fabric.weft_spacing_mm),
         ):
             assert covers[0] - 1e-9 <= 2.0 * yarn.half_width / spacing <= covers[1] + 1e-9, geometry
+
+
+def test_yarns_without_room_are_refused():
+    """A wide round warp, closely crossed by ribbons, could only be narrowed to nothing."""
+    crammed = pc.Geometry(
+        "twill",
+        pc.WeavePattern.twill(2, 1),
+        pc.YarnGuess(flat=False, cover=0.9),
+        pc.YarnGuess(flat=True, cover=0.9),
+        0.2,
+        0.42,
+    )
+    assert not crammed.has_room(0.5)
+    assert replace(crammed, warp=pc.YarnGuess(flat=False, cover=0.5)).has_room(0.5)
+    message = "the yarns of twill, warp round 0.9, weft flat 0.9 have no room"
+    with pytest.raises(pc.ParameterError, match=message):
+        pc.fit_photographs(photograph("front"), geometries=[crammed])
 
 
 def test_what_was_assumed_is_said_everywhere(efforts):

@@ -20,6 +20,8 @@ COVERS = (0.5, 0.95)
 """How narrow and how wide yarns are over their spacing, unless a user says otherwise: of those that
 fill the room that their neighbours leave, down to half of it."""
 
+ROUNDING = 1e-9
+
 THICKNESS = 0.1
 """Thickness of a flat yarn over its width: only its product with the extinction shows."""
 
@@ -86,6 +88,22 @@ class Geometry:
         ).fitted()
 
     @property
+    def covers(self) -> tuple[float, float]:
+        """Widths of warp and weft over their spacing, as far as there is room for the guesses."""
+        shape = self._shape
+        return (
+            2.0 * shape.warp.half_width / self.warp_spacing_mm,
+            2.0 * shape.weft.half_width / self.weft_spacing_mm,
+        )
+
+    def has_room(self, least_cover: float) -> bool:
+        """Tell whether its yarns fit side by side and across, and are still so wide.
+
+        A wide round yarn finds no room among ribbons that cross it closely.
+        """
+        return min(self.covers) >= least_cover * (1.0 - ROUNDING)
+
+    @property
     def depths(self) -> tuple[float, float]:
         """Length of a way straight through warp and weft, in millimetres."""
         return self._shape.warp.thickness, self._shape.weft.thickness
@@ -116,18 +134,17 @@ class Geometry:
         }
 
     def variations(self, covers: tuple[float, float], *, cross_sections: bool) -> list["Geometry"]:
-        """List the geometry with one of its yarns varied, within a range of widths over spacing."""
+        """List the geometry with one of its yarns varied, within a range of widths over spacing.
+
+        Those whose yarns have no room are left out.
+        """
         warps, wefts = (
             yarn.variations(covers, cross_sections=cross_sections)
             for yarn in (self.warp, self.weft)
         )
-        return [
-            replace(self, warp=warp, weft=weft)
-            for warp, weft in (
-                *((other, self.weft) for other in warps),
-                *((self.warp, other) for other in wefts),
-            )
-        ]
+        varied = [replace(self, warp=other) for other in warps]
+        varied += [replace(self, weft=other) for other in wefts]
+        return [geometry for geometry in varied if geometry.has_room(covers[0])]
 
     def __str__(self) -> str:
         return f"{self.name}, warp {self.warp}, weft {self.weft}"

@@ -87,8 +87,9 @@ def guess_geometries(
     scale = rig.picture_width / width_px
     warp_mm, weft_mm = (pitch * scale for pitch in threads.pitch_px)
     likely = threads.likely() if pattern is None else [("given weave", pattern)]
-    return [
+    guesses = [
         Geometry(name, weave, warp.within(covers), weft.within(covers), warp_mm, weft_mm)
         for name, weave in likely
         for warp, weft in YARNS
     ]
+    return [guess for guess in guesses if guess.has_room(covers[0])]

@@ -18,6 +18,9 @@ from plycloth.weave import WeavePattern
 
 FloatArray = NDArray[np.float64]
 
+# Yarns of a geometry that a user names may be narrowed to this part until they fit.
+LEAST_KEPT = 0.5
+
 _width = number(POSITIVE)
 _exposure = number(POSITIVE)
 _covers = vector(2, number(Range(0.01, 1.5)))
@@ -45,6 +48,9 @@ class Known:
         given = self.geometries
         if given is not None and not (given and all(isinstance(g, Geometry) for g in given)):
             raise TypeError("geometries must be a list of at least one Geometry")
+        for each in given or ():
+            if not each.has_room(LEAST_KEPT * min(each.warp.cover, each.weft.cover)):
+                raise ParameterError(f"geometries: the yarns of {each} have no room")
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,6 +179,10 @@ def _geometries(
         assert known.geometries is not None
         return list(known.geometries), []
     tried = guess_geometries(threads, width_px, rig, known.pattern, known.covers)
+    if not tried:
+        raise ParameterError(
+            f"covers must be less: yarns {known.covers[0]:.0%} of their spacing wide have no room"
+        )
     warp_mm, weft_mm = tried[0].warp_spacing_mm, tried[0].weft_spacing_mm
     low, high = known.covers
     return tried, [
