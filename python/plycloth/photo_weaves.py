@@ -12,6 +12,8 @@ from plycloth.weave import WeavePattern
 FloatArray = NDArray[np.float64]
 Weave = tuple[str, WeavePattern]
 
+# Lines that stand out of noise by so many times more than those of the other way.
+CLEARLY = 1.2
 # A drawdown is looked at in a picture of this many pixels a side, by so many samples a pixel.
 DRAWN_PIXELS, DRAWN_SAMPLES = 256, 4
 
@@ -32,13 +34,21 @@ def weaves(repeat: int | None, step: int | None = None) -> list[Weave]:
 
 
 def leaning(peaks: Sequence[Peak]) -> int:
-    """Tell which way the strongest diagonal lines go: 1 rise to the right, -1 fall, 0 for none."""
-    for peak in sorted(peaks, key=lambda peak: -peak.prominence):
+    """Tell which way the strongest diagonal lines go: 1 rise to the right, -1 fall.
+
+    0 if there are none, or as strong ones go the other way, as in a plain weave.
+    """
+    strongest = {1: 0.0, -1: 0.0}
+    for peak in peaks:
         along, across = peak.frequency
         # What is nearer to an axis are yarns, on cloth that lies a little askew.
         if min(abs(along), abs(across)) > LARGEST_TILT * max(abs(along), abs(across)):
             # Lines stand across their frequency, and y points downwards.
-            return int(np.sign(along * across))
+            way = 1 if along * across > 0.0 else -1
+            strongest[way] = max(strongest[way], peak.prominence)
+    for way in (1, -1):
+        if strongest[way] > CLEARLY * strongest[-way]:
+            return way
     return 0
 
 
@@ -55,12 +65,9 @@ def leaning_of(pattern: WeavePattern, warp_px: float, weft_px: float) -> int:
 
 
 def that_lean(likely: Sequence[Weave], wanted: int, warp_px: float, weft_px: float) -> list[Weave]:
-    """Leave out weaves whose lines would go the other way than those of the photograph."""
-    return [
-        (name, pattern)
-        for name, pattern in likely
-        if leaning_of(pattern, warp_px, weft_px) != -wanted or wanted == 0
-    ]
+    """Return the weaves whose lines go as those of the photograph; all, if it has none."""
+    kept = [weave for weave in likely if leaning_of(weave[1], warp_px, weft_px) == wanted]
+    return kept if wanted and kept else list(likely)
 
 
 def _common() -> list[Weave]:
