@@ -35,7 +35,7 @@ BLUR_SPP = 8
 # of a pixel was 2.5 to 3.3 times that lit from the front, on three fitted fabrics.
 PICTURE_SPP = {"front": 32, "back": 64}
 # A quick search ends after so many seconds, unless a time is given.
-QUICK_SECONDS = 30.0
+QUICK_SECONDS = 26.0
 # One that may take no longer than this is a quick one: a whole one would be stopped at its start.
 WORTHWHILE_SECONDS = 90.0
 
