@@ -144,7 +144,9 @@ class Geometry:
         )
         varied = [replace(self, warp=other) for other in warps]
         varied += [replace(self, weft=other) for other in wefts]
-        return [geometry for geometry in varied if geometry.has_room(covers[0])]
+        # A geometry that a user named may have yarns out of range: those that are not varied keep.
+        least = min(covers[0], *self.covers)
+        return [geometry for geometry in varied if geometry.has_room(least)]
 
     def __str__(self) -> str:
         return f"{self.name}, warp {self.warp}, weft {self.weft}"
