@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from difflib import get_close_matches
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -19,14 +20,18 @@ from plycloth._plycloth import __version__
 from plycloth.compare import FEWEST_YARNS, HEIGHT, compare, subject
 from plycloth.draft import Draft
 from plycloth.fabric import Fabric, default_yarn
+from plycloth.gradual import render_to
+from plycloth.image import Image
 from plycloth.image_file import READABLE, WRITABLE, ImageError
 from plycloth.image_read import read_photograph
 from plycloth.image_write import checked_dpi
 from plycloth.light import EnvironmentLight, Light
 from plycloth.overview import LIGHTINGS, overview
 from plycloth.page import Page
+from plycloth.photo_exposure import GREY, GreyCard
+from plycloth.photo_geometry import COVERS
 from plycloth.presets import preset, presets
-from plycloth.render import render
+from plycloth.render import Renderer
 from plycloth.report import Comparison, save_fit
 from plycloth.rig import RIG, PhotoRig
 from plycloth.scene import Scene
@@ -35,6 +40,10 @@ from plycloth.yarn import RoundYarn
 
 SIDES = ("front", "back")
 CLOTH_SIDES = ("face", "back")
+# Reflectances of cards to photograph for the exposure, by option.
+CARDS = {"grey-card": GREY, "white": 0.9}
+# Samples per pixel of the pictures of a quick fit.
+QUICK_SPP = {"front": 8, "back": 16}
 
 BAD_INPUT = 2
 INTERRUPTED = 130
@@ -51,7 +60,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Returns
     -------
     int
-        0; 2 for bad input, about which one line is printed; 130 after Ctrl-C.
+        0; 2 for bad input, about which one line is printed; 130 after Ctrl-C, which leaves what
+        there is so far.
 
     Raises
     ------
@@ -62,8 +72,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         with _warnings_on_one_line():
             options.run(options)
-    except KeyboardInterrupt:
-        print("plycloth: interrupted", file=sys.stderr)
+    except KeyboardInterrupt as stop:
+        kept = f": {stop}" if str(stop) else ""
+        print(f"plycloth: interrupted{kept}", file=sys.stderr)
         return INTERRUPTED
     except (OSError, ValueError, MemoryError) as error:
         print(f"plycloth: error: {_one_line(error)}", file=sys.stderr)
@@ -166,14 +177,16 @@ def _add_compare(commands: Any) -> None:
 def _add_fit(commands: Any) -> None:
     command = commands.add_parser(
         "fit",
-        help="a fabric from two photographs, one lit from the front and one from behind",
-        description="Find the fabric on two photographs taken on a rig, that of Tang et al. 2024"
-        " unless another is named (docs/conventions.md): one lit from the front, one from behind.",
+        help="a fabric from photographs, one lit from the front and one from behind",
+        description="Find the fabric on photographs taken on a rig, that of Tang et al. 2024 unless"
+        " another is named (docs/conventions.md): one lit from the front, one from behind, or one"
+        " of them alone. Ctrl-C ends the search with the best so far.",
     )
     command.set_defaults(run=_fit)
     add = command.add_argument
-    add("front", metavar="FRONT.png", type=Path)
-    add("back", metavar="BACK.png", type=Path)
+    add("front", metavar="FRONT.png", type=Path, help="lit from the front, unless --lit says else")
+    add("back", metavar="BACK.png", type=Path, nargs="?", help="lit from behind")
+    add("--lit", choices=SIDES, help="from where a single photograph is lit (default: front)")
     add(
         "-o",
         "--output",
@@ -182,6 +195,9 @@ def _add_fit(commands: Any) -> None:
         required=True,
         help="gets fit.json, fabric.json, front.png, back.png and index.html",
     )
+    _add_known(command)
+    add("--quick", action="store_true", help="a first look, within 45 seconds on 2 cores")
+    add("--seconds", type=float, metavar="S", help="stop the search after S seconds")
     add("--tie", action="store_true", help="warp and weft are the same yarn")
     add(
         "--rig",
@@ -232,6 +248,41 @@ def _add_light(command: argparse.ArgumentParser) -> None:
     )
 
 
+def _add_known(command: argparse.ArgumentParser) -> None:
+    """Add what a user may know about the cloth and the photographs."""
+    add = command.add_argument
+    add(
+        "--width-mm",
+        type=float,
+        metavar="MM",
+        help="real width of the piece of cloth that the pictures show (default: a guess)",
+    )
+    add(
+        "--cover",
+        type=float,
+        nargs=2,
+        metavar=("LOW", "HIGH"),
+        help="narrowest and widest yarns, over their spacing (default: {:g} {:g})".format(*COVERS),
+    )
+    brightness = command.add_mutually_exclusive_group()
+    brightness.add_argument(
+        "--exposure",
+        type=float,
+        metavar="X",
+        help="factor between the rig's light and that of the photographs (default: the one with"
+        " which the cloth, rendered, has the photograph's colours)",
+    )
+    for option, reflectance in CARDS.items():
+        brightness.add_argument(
+            f"--{option}",
+            type=float,
+            nargs=3,
+            metavar=("R", "G", "B"),
+            help=f"codes, 0 to 255, that a card of reflectance {reflectance:g} in place of the"
+            " cloth has in the photograph lit from the front",
+        )
+
+
 def _add_common(command: argparse.ArgumentParser) -> None:
     add = command.add_argument
     add("--seed", type=int, default=0, help="of the random numbers (default: %(default)s)")
@@ -243,14 +294,9 @@ def _render(options: argparse.Namespace) -> None:
     _check_output(options.output)
     checked_dpi("--dpi", options.dpi)
     scene, shown = _scene(options)
-    image = render(
-        scene,
-        spp=options.spp,
-        seed=options.seed,
-        threads=options.threads,
-        progress=_progress(options),
-    )
-    image.save(options.output, dpi=options.dpi)
+    renderer = Renderer(scene, seed=options.seed, threads=options.threads)
+    save = partial(Image.save, dpi=options.dpi)
+    image = render_to(options.output, renderer, options.spp, save, progress=_progress(options))
     _say(options, f"{options.output}: {image.width} x {image.height} pixels of {shown}")
 
 
@@ -315,19 +361,24 @@ def _compare(options: argparse.Namespace) -> None:
 def _fit(options: argparse.Namespace) -> None:
     checked_dpi("--dpi", options.dpi)
     rig = RIG if options.rig is None else load_as(PhotoRig, options.rig)
-    given = (options.front, options.back)
-    photographs = [read_photograph(path, rig.gamma) for path in given]
-    _check_folder(options.output, given)
+    given = _given(options)
+    _check_folder(options.output, list(given.values()))
     from plycloth.photo_fit import fit_photographs
 
-    found = fit_photographs(*photographs, rig=rig, progress=_progress(options), **_chosen(options))
-    pictures = found.pictures()
+    known = _known(options, rig)
+    found = fit_photographs(
+        given.get("front"), given.get("back"), rig=rig, progress=_progress(options), **known
+    )
     comparisons = [
-        Comparison(side, photograph, pictures[side])
-        for side, photograph in zip(SIDES, photographs, strict=True)
+        Comparison(
+            side, read_photograph(path, rig.gamma), found.picture(side, **_looking(options, side))
+        )
+        for side, path in given.items()
     ]
-    page = Page(f"Fabric of {options.front.name} and {options.back.name}")
+    page = Page(f"Fabric of {' and '.join(path.name for path in given.values())}")
     page.text(f"The geometry that fits best: {found.geometry}.")
+    for note in found.notes:
+        page.text(note)
     save_fit(
         options.output,
         page,
@@ -337,9 +388,32 @@ def _fit(options: argparse.Namespace) -> None:
         gamma=rig.gamma,
         dpi=options.dpi,
     )
-    errors = zip(SIDES, found.result.errors, strict=True)
+    errors = zip(given, found.result.errors, strict=True)
     summary = ", ".join(f"{side} {error:.1%}" for side, error in errors)
-    _say(options, f"{options.output / 'index.html'}: relative errors {summary}")
+    stopped = "" if found.stopped is None else f" ({found.stopped}: the best so far)"
+    _say(options, f"{options.output / 'index.html'}: relative errors {summary}{stopped}")
+    # Doubts were warnings already.
+    for assumption in found.assumptions:
+        _say(options, assumption)
+    if found.stopped == "interrupted":
+        raise KeyboardInterrupt(f"{options.output} holds the best so far")
+
+
+def _given(options: argparse.Namespace) -> dict[str, Path]:
+    """Return the photographs by the side that they are lit from."""
+    if options.back is None:
+        return {options.lit or "front": options.front}
+    if options.lit is not None:
+        raise ValueError(
+            "--lit: is for a single photograph; of two, the first is lit from the front"
+        )
+    return {"front": options.front, "back": options.back}
+
+
+def _looking(options: argparse.Namespace, side: str) -> dict[str, Any]:
+    """Return how a picture to look at is rendered."""
+    spp = QUICK_SPP[side] if options.quick else None
+    return {"spp": spp, "threads": options.threads, "progress": _progress(options)}
 
 
 def _check_folder(folder: Path, photographs: Sequence[Path]) -> None:
@@ -355,16 +429,31 @@ def _check_folder(folder: Path, photographs: Sequence[Path]) -> None:
             )
 
 
-def _chosen(options: argparse.Namespace) -> dict[str, Any]:
+def _known(options: argparse.Namespace, rig: PhotoRig) -> dict[str, Any]:
     """Return the arguments of `fit_photographs` that were given on the command line."""
-    chosen: dict[str, Any] = {"seed": options.seed}
-    if options.tie:
-        chosen["tie"] = True
-    if options.threads is not None:
-        chosen["threads"] = options.threads
-    if options.draft is not None:
-        chosen["pattern"] = read_wif(options.draft).pattern
-    return chosen
+    named = {
+        "width_mm": options.width_mm,
+        "exposure": _exposure(options, rig),
+        "covers": None if options.cover is None else tuple(options.cover),
+        "pattern": None if options.draft is None else read_wif(options.draft).pattern,
+        "tie": options.tie or None,
+        "quick": options.quick or None,
+        "seconds": options.seconds,
+        "threads": options.threads,
+    }
+    return {"seed": options.seed} | {k: value for k, value in named.items() if value is not None}
+
+
+def _exposure(options: argparse.Namespace, rig: PhotoRig) -> float | GreyCard | None:
+    for option, reflectance in CARDS.items():
+        codes = getattr(options, option.replace("-", "_"))
+        if codes is not None:
+            if not all(0.0 < code <= 255.0 for code in codes):
+                raise ValueError(f"--{option}: must be three codes from 1 to 255, not {codes}")
+            red, green, blue = ((code / 255.0) ** rig.gamma for code in codes)
+            return GreyCard((red, green, blue), reflectance)
+    exposure: float | None = options.exposure
+    return exposure
 
 
 def _scaled_preset(name: str, draft: Draft) -> RoundYarn:
