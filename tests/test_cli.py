@@ -94,7 +94,7 @@ def test_render_takes_a_size_a_yarn_and_an_environment(draft, tmp_path):
 
 
 def test_a_named_yarn_keeps_its_twist_at_the_thickness_of_the_draft(draft):
-    yarn = cli._scaled_preset("rayon1", pc.read_wif(draft))
+    yarn = cli.render._scaled_preset("rayon1", pc.read_wif(draft))
     measured = pc.preset("rayon1")
     assert yarn.radius_mm == pytest.approx(0.4)  # 0.8 of the spacing of 1 mm is its diameter
     assert yarn.plies == 2
@@ -391,7 +391,7 @@ def test_ctrl_c_ends_with_130(draft, tmp_path, monkeypatch, capsys):
     def interrupted(*_, **__):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(cli, "render_to", interrupted)
+    monkeypatch.setattr(cli.render, "render_to", interrupted)
     assert render(draft, tmp_path / "out.png") == 130
     assert capsys.readouterr().err == "plycloth: interrupted\n"
 
@@ -416,7 +416,7 @@ def test_errors_of_the_program_itself_are_not_hidden(draft, tmp_path, monkeypatc
     def failing(*_, **__):
         raise TypeError("a mistake in the code")
 
-    monkeypatch.setattr(cli, "render_to", failing)
+    monkeypatch.setattr(cli.render, "render_to", failing)
     with pytest.raises(TypeError, match="mistake"):
         render(draft, tmp_path / "out.png")
 
