@@ -133,14 +133,14 @@ READ = {
     ),
 }
 
-# File: section, key, line, problem.
+# File: section, key, line, problem. Those of the weave are refused, the others when read strictly.
 REFUSED = {
     "default_warp_color_too_big": ("WARP", "Color", 82, "there is no colour 11 in"),
     "default_warp_color_too_small": ("WARP", "Color", 82, "there is no colour 0 in"),
     "default_weft_color_too_big": ("WEFT", "Color", 88, "there is no colour 11 in"),
     "default_weft_color_too_small": ("WEFT", "Color", 88, "there is no colour 0 in"),
     "missing_color_table_warp": ("WARP COLORS", "1", 69, "there is no [COLOR TABLE]"),
-    "missing_color_table_weft": ("WEFT COLORS", "1", 69, "there is no [COLOR TABLE]"),
+    "missing_color_table_weft": ("WARP", "Color", 58, "there is no [COLOR TABLE]"),
     "missing_liftplan": ("LIFTPLAN", None, None, "has no rows, nor have [TIEUP] and [TREADLING]"),
     "missing_tieup": ("TIEUP", None, None, "has no rows, and [TREADLING] needs it"),
     "missing_treadling": ("TREADLING", None, None, "has no rows, and [TIEUP] needs it"),
@@ -176,11 +176,26 @@ def test_files_that_read(name):
         assert any(part in message for message in messages), (part, messages)
 
 
-@pytest.mark.parametrize("name", REFUSED)
-def test_files_that_are_refused(name):
+WEAVE = {"LIFTPLAN", "TIEUP", "TREADLING"}
+
+
+@pytest.mark.parametrize("name", [name for name, place in REFUSED.items() if place[0] not in WEAVE])
+def test_files_whose_colours_are_guessed(name):
+    section, key, line, problem = REFUSED[name]
+    draft, messages = quietly_read(f"{DTX}bad_wif_{name}.wif")
+    assert draft.pattern.warp_up.shape in {(13, 12), (6, 5), (6, 4)}
+    place = f".wif, line {line}: [{section}] {key}: {problem}"
+    assert any(place in message for message in messages), messages
+
+
+@pytest.mark.parametrize(
+    ("name", "strict"),
+    [(name, strict) for name in REFUSED for strict in {True, REFUSED[name][0] not in WEAVE}],
+)
+def test_files_that_are_refused(name, strict):
     section, key, line, problem = REFUSED[name]
     with pytest.raises(pc.WifError) as caught:
-        pc.read_wif(FOLDER / f"{DTX}bad_wif_{name}.wif")
+        pc.read_wif(FOLDER / f"{DTX}bad_wif_{name}.wif", strict=strict)
     error = caught.value
     assert (error.section, error.key, error.line) == (section, key, line)
     assert problem in str(error)

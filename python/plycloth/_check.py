@@ -64,6 +64,17 @@ COORDINATE = Range(-1e9, 1e9)
 RADIOMETRIC = Range(0.0, 1e15)
 
 
+# Characters of a user's text that a message quotes.
+MOST_QUOTED = 80
+
+
+def quoted(value: object) -> str:
+    """Return a user's text in quotes, or another value as it is printed, in 80 characters."""
+    # No escape is shorter than its character.
+    shown = repr(value[: MOST_QUOTED + 1] if isinstance(value, str) else value)
+    return shown if len(shown) <= MOST_QUOTED else f"{shown[: MOST_QUOTED - 4]}...{shown[-1]}"
+
+
 def nearest(name: str, choices: Iterable[str]) -> str:
     """Return the choice that is spelt most like `name`."""
     return difflib.get_close_matches(name, list(choices), n=1, cutoff=0.0)[0]
@@ -169,7 +180,7 @@ def known_name(what: str, name: str, options: Iterable[str]) -> str:
     options = list(options)
     if name not in options:
         raise ParameterError(
-            f"{what} must be one of {_list(options)}, not {name!r};"
+            f"{what} must be one of {_list(options)}, not {quoted(name)};"
             f" the nearest is {nearest(name, options)!r}"
         )
     return name
@@ -295,7 +306,9 @@ def _describe(value: Any) -> str:
         return f"a {value.dtype} array of {_size(value)}"
     if value is None or isinstance(value, bool):
         return repr(value)
-    return f"{value!r} ({kind})" if isinstance(value, str | complex) else f"a value of type {kind}"
+    if isinstance(value, str):
+        return f"{quoted(value)} ({kind})"
+    return f"{value!r} ({kind})" if isinstance(value, complex) else f"a value of type {kind}"
 
 
 def _size(values: NDArray[Any]) -> str:

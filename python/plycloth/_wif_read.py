@@ -8,8 +8,9 @@ from os import PathLike, fspath
 from pathlib import Path
 
 from plycloth._check import instance
+from plycloth._wif_decode import decode
 from plycloth._wif_shed import read_shed, treading_section
-from plycloth._wif_text import Wif, WifWarning, parse
+from plycloth._wif_text import Wif, WifError, WifWarning, parse
 from plycloth._wif_yarns import Palette, read_colors, read_lengths
 from plycloth.draft import DEFAULT_WARP_COLOR, DEFAULT_WEFT_COLOR, Draft
 from plycloth.weave import WeavePattern
@@ -17,14 +18,14 @@ from plycloth.weave import WeavePattern
 # The sections that are read. [WIF] and [CONTENTS] are not: version and contents may lie.
 _SECTION = re.compile(
     r"TEXT|NOTES|WEAVING|THREADING|TIEUP|TREADLING|LIFTPLAN|COLOR (PALETTE|TABLE)"
-    r"|(WARP|WEFT)( COLORS| SPACING| THICKNESS)?"
+    r"|(WARP|WEFT)( COLORS|( SPACING| THICKNESS)( ZOOM)?)?"
 )
 
 # More ends or picks than this are taken for a mistake in the file.
 MOST_YARNS = 1_000_000
 
 
-def read_wif(path: str | PathLike[str], *, trim: bool = True) -> Draft:
+def read_wif(path: str | PathLike[str], *, trim: bool = True, strict: bool = False) -> Draft:
     """Read a weaving draft from a WIF (Weaving Information File, version 1.1).
 
     Of what the file says twice, the tie-up and treadling win over the lift plan, the later of
@@ -32,15 +33,19 @@ def read_wif(path: str | PathLike[str], *, trim: bool = True) -> Draft:
     read. Rows that are absent take the default of [WARP] or [WEFT]; of the threading and the
     treadling they are empty. A missing thickness is taken as 0.8 of the spacing, a missing
     spacing as its thickness over 0.8, or as 1 mm if neither is given, missing units as those of the
-    other side, or as centimetres.
+    other side, or as centimetres. Colours and lengths that cannot be read are taken for missing.
 
     Parameters
     ----------
     path
-        The file, in UTF-8 or else Latin-1.
+        The file, in UTF-8, UTF-16 or else Latin-1.
     trim
         Whether threads at the margins are left out that interlace with nothing (`Draft.trimmed`),
         with a warning: programs pad drafts with them.
+    strict
+        Whether it is an error, rather than a warning and a guess, where a colour, a length or
+        their units cannot be read, where a lift plan disagrees with the tie-up and treadling, and
+        where rows are counted from 0.
 
     Returns
     -------
@@ -51,8 +56,8 @@ def read_wif(path: str | PathLike[str], *, trim: bool = True) -> Draft:
     Raises
     ------
     WifError
-        If the file is no WIF, or lacks what the pattern or a colour needs, or has more than a
-        million yarns or 100 million crossings; it names the section, key and line.
+        If the file is no WIF, or lacks what the pattern needs, or has more than a million yarns or
+        100 million crossings; it names the section, key and line.
     OSError
         If the file cannot be opened.
 
@@ -61,13 +66,21 @@ def read_wif(path: str | PathLike[str], *, trim: bool = True) -> Draft:
     WifWarning
         For each thing that is odd or missing, and what was made of it.
     """
-    wif = parse(Path(path).read_bytes(), fspath(path), _is_read)
+    wif = parse(_text(path), fspath(path), _is_read, strict=instance(bool)("strict", strict))
     draft = _interpret(wif)
     if instance(bool)("trim", trim):
         draft = _trimmed(wif, draft)
     for oddity in wif.oddities:
         warnings.warn(oddity, WifWarning, stacklevel=2)
     return draft
+
+
+def _text(path: str | PathLike[str]) -> str:
+    try:
+        return decode(Path(path).read_bytes())
+    except UnicodeDecodeError as error:
+        problem = f"is no {error.encoding.upper()}: {error.reason}, at byte {error.start}"
+        raise WifError(problem, fspath(path)) from None
 
 
 def _trimmed(wif: Wif, draft: Draft) -> Draft:

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from plycloth._wif_text import Entry, Wif
+from plycloth._wif_text import Entry, Wif, WifError
 
 # More crossings, or shafts times picks, than this are taken for a mistake in the file rather
 # than worked on until the memory is full.
@@ -24,14 +24,16 @@ class Shed(NamedTuple):
 
 
 class _Lists(NamedTuple):
-    """A section whose rows are lists, as pairs of a row and a number in it, without zeros.
-
-    The pairs are sorted by row; rows and numbers count from 1.
-    """
+    """A section whose rows are lists, as pairs of a row and a number in it, sorted by row."""
 
     entries: dict[int, Entry]
     row: IntArray
     number: IntArray
+
+    def of_numbers_from(self, first: int) -> "_Lists":
+        """Return the pairs of numbers from `first`: from 1, since 0 stands for none."""
+        kept = self.number >= first
+        return self._replace(row=self.row[kept], number=self.number[kept])
 
 
 def treading_section(wif: Wif) -> str:
@@ -50,13 +52,16 @@ def read_shed(wif: Wif, picks: int, ends: int) -> Shed:
     """Work out the drawdown of `picks` x `ends` crossings."""
     _check_size(wif, picks, ends, "crossings")
     threading = _read_lists(wif, "THREADING", ends)
+    first_shaft = _first_shaft(wif, threading, ends)
+    threading = threading.of_numbers_from(first_shaft)
     treading = _read_lists(wif, treading_section(wif), picks)
     shafts, shaft = np.unique(threading.number, return_inverse=True)
     _check_size(wif, picks, shafts.size, "picks times shafts")
     if treading_section(wif) == "TREADLING":
-        lifted = _lift_by_treadles(wif, treading, shafts, picks)
+        lifted = _lift_by_treadles(wif, treading, shafts, picks, first_shaft)
+        _compare_with_plan(wif, lifted, shafts, first_shaft)
     else:
-        lifted = _lift_by_plan(wif, treading, shafts, picks)
+        lifted = _lift_by_plan(treading.of_numbers_from(first_shaft), shafts, picks)
     _check_shaft_count(wif, threading)
     by_shaft = np.ascontiguousarray(lifted.T)
     warp_up = _unite_rows(ends, threading.row - 1, shaft, by_shaft).T
@@ -68,8 +73,20 @@ def read_shed(wif: Wif, picks: int, ends: int) -> Shed:
     return shed
 
 
-def _read_lists(wif: Wif, section: str, limit: int | None = None) -> _Lists:
-    entries = wif.numbered(section, limit)
+def _first_shaft(wif: Wif, threading: _Lists, ends: int) -> int:
+    """Return 0 if the shafts are counted from there, as ends are then too, else 1."""
+    if not (wif.counts_from_zero("THREADING", ends) and (threading.number == 0).any()):
+        return 1
+    declared = wif.entry("WEAVING", "shafts")
+    if declared and (threading.number >= wif.count(declared)).any():
+        return 1
+    problem = wif.error("shafts are counted from 0, as are rows", section="THREADING")
+    wif.take("0 is taken for a shaft, not for none", problem)
+    return 0
+
+
+def _read_lists(wif: Wif, section: str, limit: int | None = None, *, first: int = 1) -> _Lists:
+    entries = wif.numbered(section, limit, first=first)
     # Rows repeat: each distinct text is read once.
     known: dict[str, IntArray] = {}
     lists = []
@@ -80,15 +97,19 @@ def _read_lists(wif: Wif, section: str, limit: int | None = None) -> _Lists:
     lengths = np.array([numbers.size for numbers in lists], dtype=np.int64)
     row = np.repeat(np.array(list(entries), dtype=np.int64), lengths)
     number = np.concatenate([np.empty(0, dtype=np.int64), *lists])
-    is_any = number > 0  # 0 stands for none
-    return _Lists(entries, row[is_any], number[is_any])
+    return _Lists(entries, row, number)
 
 
-def _lift_by_treadles(wif: Wif, treadling: _Lists, shafts: IntArray, picks: int) -> BoolArray:
+def _lift_by_treadles(
+    wif: Wif, treadling: _Lists, shafts: IntArray, picks: int, first_shaft: int
+) -> BoolArray:
     """Return picks x shafts: whether one of the pick's treadles is tied to the shaft."""
-    tieup = _read_lists(wif, "TIEUP")
-    declared = wif.entry("WEAVING", "treadles")
-    _check_treadles(wif, treadling, tieup, wif.count(declared) if declared else None)
+    entry = wif.entry("WEAVING", "treadles")
+    declared = wif.count(entry) if entry else None
+    tieup, first_treadle = _read_tieup(wif, treadling, declared)
+    tieup = tieup.of_numbers_from(first_shaft)
+    treadling = treadling.of_numbers_from(first_treadle)
+    _check_treadles(wif, treadling, tieup, declared)
     treadles, treadle = np.unique(treadling.number, return_inverse=True)
     _check_size(wif, treadles.size, shafts.size, "treadles times shafts")
     ties = np.zeros((treadles.size, shafts.size), dtype=bool)
@@ -97,6 +118,19 @@ def _lift_by_treadles(wif: Wif, treadling: _Lists, shafts: IntArray, picks: int)
     is_used = is_trodden & is_threaded
     ties[tied_treadle[is_used], tied_shaft[is_used]] = True
     return _unite_rows(picks, treadling.row - 1, treadle, ties)
+
+
+def _read_tieup(wif: Wif, treadling: _Lists, declared: int | None) -> tuple[_Lists, int]:
+    """Return the tie-up, and the number of the first treadle: 0 if both sections count so."""
+    if not wif.counts_from_zero("TIEUP", declared):
+        return _read_lists(wif, "TIEUP"), 1
+    tieup = _read_lists(wif, "TIEUP", first=0)
+    count = max(tieup.entries) + 1
+    if (treadling.number >= count).any():
+        return _read_lists(wif, "TIEUP", count), 1
+    problem = wif.error("rows are counted from 0", section="TIEUP")
+    wif.take("0 in [TREADLING] is taken for the first treadle, not for none", problem)
+    return tieup, 0
 
 
 def _check_treadles(wif: Wif, treadling: _Lists, tieup: _Lists, declared: int | None) -> None:
@@ -121,7 +155,24 @@ def _check_treadles(wif: Wif, treadling: _Lists, tieup: _Lists, declared: int | 
         wif.note(f"treadle {treadle} is beyond Treadles={declared}", entry)
 
 
-def _lift_by_plan(wif: Wif, plan: _Lists, shafts: IntArray, picks: int) -> BoolArray:
+def _compare_with_plan(wif: Wif, lifted: BoolArray, shafts: IntArray, first_shaft: int) -> None:
+    """See that a lift plan that stands beside the tie-up and treadling lifts the same shafts."""
+    if not wif.rows_of("LIFTPLAN"):
+        return
+    picks = len(lifted)
+    taken = "the tie-up and treadling are taken"
+    try:
+        plan = _read_lists(wif, "LIFTPLAN", picks).of_numbers_from(first_shaft)
+    except WifError as error:
+        wif.take(taken, error)
+        return
+    differs = (_lift_by_plan(plan, shafts, picks) != lifted).any(axis=1)
+    if (where := np.flatnonzero(differs & _rows_given(plan, picks))).size:
+        problem = f"disagrees with the tie-up and treadling, as do {where.size} picks in all"
+        wif.take(taken, wif.error(problem, plan.entries[int(where[0]) + 1]))
+
+
+def _lift_by_plan(plan: _Lists, shafts: IntArray, picks: int) -> BoolArray:
     """Return picks x shafts: whether the pick's row of the lift plan names the shaft."""
     lifted = np.zeros((picks, shafts.size), dtype=bool)
     shaft, is_threaded = _look_up(plan.number, shafts)
@@ -171,10 +222,11 @@ def _check_shaft_count(wif: Wif, threading: _Lists) -> None:
     declared = wif.entry("WEAVING", "shafts")
     if not declared:
         return
-    beyond = np.flatnonzero(threading.number > wif.count(declared))
+    shafts = wif.count(declared)
+    beyond = np.flatnonzero(threading.number > shafts)
     if beyond.size:
         entry = threading.entries[int(threading.row[beyond[0]])]
-        wif.note(f"shaft {threading.number[beyond[0]]} is beyond Shafts={declared.bare}", entry)
+        wif.note(f"shaft {threading.number[beyond[0]]} is beyond Shafts={shafts}", entry)
 
 
 def _check_size(wif: Wif, rows: int, columns: int, what: str) -> None:

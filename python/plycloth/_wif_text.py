@@ -7,13 +7,17 @@ booleans, and belongs to a string.
 """
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from decimal import Decimal, InvalidOperation
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
+
+from plycloth._check import MOST_QUOTED, quoted
+
+T = TypeVar("T")
 
 _TRUE = ("true", "on", "yes", "1")
 _FALSE = ("false", "off", "no", "0")
@@ -84,10 +88,12 @@ class Entry(NamedTuple):
 class Wif:
     """The sections of a file, in upper case, each a table from keys, in lower case, to entries.
 
-    Problems that do not keep the file from being read gather in `oddities`.
+    Problems that do not keep the file from being read gather in `oddities`. `strict` makes errors
+    of those that something must be guessed for.
     """
 
     file: str
+    strict: bool = False
     sections: dict[str, dict[str, Entry]] = field(default_factory=dict)
     oddities: list[str] = field(default_factory=list)
 
@@ -100,17 +106,63 @@ class Wif:
         found = self.rows_of(section).get(key)
         return found if found and found.bare else None
 
-    def numbered(self, section: str, limit: int | None = None) -> dict[int, Entry]:
-        """Return the entries with keys from 1 to `limit` in their order; others are odd."""
+    def numbered(
+        self, section: str, limit: int | None = None, *, first: int = 1
+    ) -> dict[int, Entry]:
+        """Return the entries with keys from `first` to `limit` in their order; others are odd.
+
+        Rows from 0 to `limit` - 1 are taken for those from 1 to `limit`.
+        """
+        shift = 1 if limit and self.counts_from_zero(section, limit) else 0
         numbered, odd = {}, []
         for key, entry in self.rows_of(section).items():
-            fits = key.isdecimal() and len(key) <= _MOST_DIGITS and int(key) >= 1
-            if fits and (limit is None or int(key) <= limit):
-                numbered[int(key)] = entry
-            else:
+            number = _row_number(key)
+            if number is None or number + shift < first or (limit and number + shift > limit):
                 odd.append(entry)
-        self.note_all(odd, "not the number of a row" + (f" from 1 to {limit}" if limit else ""))
+            else:
+                numbered[number + shift] = entry
+        if shift:
+            problem = f"rows are counted from 0 and there is none at {limit}"
+            self.take("each is taken for the next", self.error(problem, section=section))
+        within = f" from {first} to {limit}" if limit else ""
+        self.note_all(odd, f"not the number of a row{within}")
         return dict(sorted(numbered.items()))
+
+    def counts_from_zero(self, section: str, count: int | None) -> bool:
+        """Tell whether a section of `count` rows has one at 0, and none at `count`."""
+        numbers = {_row_number(key) for key, entry in self.rows_of(section).items() if entry.bare}
+        return 0 in numbers and count not in numbers
+
+    def read_rows(
+        self, rows: Mapping[int, Entry], read: Callable[[Entry], T], taken: str
+    ) -> dict[int, T]:
+        """Read each row that has a value; `taken` says what is taken for those that cannot be."""
+        # Rows repeat: each distinct text is read once.
+        known: dict[str, T | WifError] = {}
+        values: dict[int, T] = {}
+        unread = []
+        for number, entry in rows.items():
+            if not entry.bare:
+                continue
+            if entry.bare not in known:
+                known[entry.bare] = _value_or_error(read, entry)
+            value = known[entry.bare]
+            if isinstance(value, WifError):
+                unread.append(value)
+            else:
+                values[number] = value
+        if unread:
+            self.take(taken, *unread)
+        return values
+
+    def take(self, taken: str, *errors: WifError) -> None:
+        """Raise the first of some errors if strict, else remember what is taken in their place."""
+        if self.strict:
+            raise errors[0]
+        more = f" (and {len(errors) - 1} more lines)" if len(errors) > 1 else ""
+        oddity = f"{errors[0]}{more}: {taken}"
+        if oddity not in self.oddities:
+            self.oddities.append(oddity)
 
     def note(self, oddity: str, entry: Entry | None = None, section: str | None = None) -> None:
         """Remember an oddity, at an entry or in a section."""
@@ -136,7 +188,7 @@ class Wif:
         """Read a list of whole numbers, parted by commas or white space."""
         text = entry.bare
         if not _WHOLE_NUMBERS.fullmatch(text):
-            raise self.error(f"must be whole numbers parted by commas, not {text!r}", entry)
+            raise self.error(f"must be whole numbers parted by commas, not {quoted(text)}", entry)
         parted = text.replace(",", " ").strip()
         if not parted:
             return np.empty(0, dtype=np.int64)
@@ -146,7 +198,7 @@ class Wif:
         """Read one whole number."""
         text = entry.bare
         if not (text.isdecimal() and len(text) <= _MOST_DIGITS):
-            raise self.error(f"must be a whole number, not {text!r}", entry)
+            raise self.error(f"must be a whole number, not {quoted(text)}", entry)
         return int(text)
 
     def decimals(self, entry: Entry) -> list[Decimal]:
@@ -154,11 +206,11 @@ class Wif:
         try:
             numbers = [Decimal(part.strip()) for part in entry.bare.split(",")]
         except InvalidOperation:
-            raise self.error(f"must be numbers, not {entry.bare!r}", entry) from None
+            raise self.error(f"must be numbers, not {quoted(entry.bare)}", entry) from None
         if not all(number.is_finite() for number in numbers):
-            raise self.error(f"must be finite, not {entry.bare!r}", entry)
+            raise self.error(f"must be finite, not {quoted(entry.bare)}", entry)
         if any(number and abs(number.adjusted()) > _MOST_DECIMALS for number in numbers):
-            raise self.error(f"is too large or too small: {entry.bare}", entry)
+            raise self.error(f"is too large or too small: {quoted(entry.bare)}", entry)
         return numbers
 
     def boolean(self, entry: Entry) -> bool:
@@ -166,21 +218,21 @@ class Wif:
         text = entry.bare.lower()
         if text not in _TRUE + _FALSE:
             choices = ", ".join(_TRUE + _FALSE)
-            raise self.error(f"must be one of {choices}, not {entry.bare!r}", entry)
+            raise self.error(f"must be one of {choices}, not {quoted(entry.bare)}", entry)
         return text in _TRUE
 
 
-def parse(data: bytes, file: str, is_relevant: Callable[[str], bool]) -> Wif:
-    """Part the bytes of a file into sections and entries.
+def parse(text: str, file: str, is_relevant: Callable[[str], bool], *, strict: bool = False) -> Wif:
+    """Part the text of a file into sections and entries.
 
     A section that appears twice is one section; of a key that appears twice, the last counts.
     Lines that are neither a section nor an entry are odd, unless they stand in a section that
     is not relevant, such as a program's private one.
     """
-    wif = Wif(file)
+    wif = Wif(file, strict)
     section = ""
     stray, replacing = [], []
-    for number, raw in enumerate(_lines(data), start=1):
+    for number, raw in enumerate(_lines(text), start=1):
         line = raw.strip()
         if line.startswith("["):
             section = _normal(line[1:].partition("]")[0]).upper()
@@ -213,11 +265,18 @@ def _note_stray(wif: Wif, stray: list[Entry]) -> None:
         wif.oddities.append(f"{place}: {count} neither [section] nor key=value")
 
 
-def _lines(data: bytes) -> list[str]:
+def _value_or_error(read: Callable[[Entry], T], entry: Entry) -> T | WifError:
     try:
-        text = data.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        text = data.decode("latin-1")
+        return read(entry)
+    except WifError as error:
+        return error
+
+
+def _row_number(key: str) -> int | None:
+    return int(key) if key.isdecimal() and len(key) <= _MOST_DIGITS else None
+
+
+def _lines(text: str) -> list[str]:
     # `str.splitlines` would also part lines at form feeds and the like.
     return text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
 
@@ -229,4 +288,8 @@ def _normal(name: str) -> str:
 def _place(section: str | None, key: str | None) -> str:
     if not section:
         return ""
-    return f"[{section}] {key}: " if key else f"[{section}]: "
+    return f"[{_cut(section)}] {_cut(key)}: " if key else f"[{_cut(section)}]: "
+
+
+def _cut(name: str) -> str:
+    return name if len(name) <= MOST_QUOTED // 2 else f"{name[: MOST_QUOTED // 2 - 3]}..."

@@ -8,6 +8,7 @@ from decimal import Decimal
 import numpy as np
 from numpy.typing import NDArray
 
+from plycloth._check import quoted
 from plycloth._wif_text import Entry, Wif, WifError
 from plycloth.draft import DEFAULT_SPACING, DEFAULT_THICKNESS_RATIO
 
@@ -29,6 +30,7 @@ _OTHER_SPELLINGS = {
     "cm": "centimeters",
 }
 
+_DEFAULT_RANGE = Decimal(0), Decimal(255)
 
 # A section of plycloth's own, with the values from 0 to 1 of colours that the table rounds.
 EXACT_COLORS = "PRIVATE PLYCLOTH COLORS"
@@ -41,12 +43,12 @@ class Palette:
         self._wif = wif
         self._low, self._high = self._read_range()
         self._clipped: list[Entry] = []
-        self._colors = {
-            number: self._scale(entry, self._triple(entry, wif.decimals(entry)))
-            for number, entry in wif.numbered("COLOR TABLE").items()
-            if entry.bare
-        }
+        self._colors = wif.read_rows(
+            wif.numbered("COLOR TABLE", first=0), self._table_color, "there is no such colour"
+        )
         self._note_clipped()
+        if 0 in self._colors:
+            wif.note("rows are counted from 0: colour 0 is that of row 0", section="COLOR TABLE")
         self._colors |= self._read_exact()
 
     def __bool__(self) -> bool:
@@ -60,12 +62,12 @@ class Palette:
             self._note_clipped()
             return color
         if len(numbers) != 1:
-            raise self._wif.error(f"must be index or index,R,G,B, not {entry.bare!r}", entry)
+            raise self._wif.error(f"must be index or index,R,G,B, not {quoted(entry.bare)}", entry)
         if not self._colors:
             raise self._wif.error("there is no [COLOR TABLE] to look it up in", entry)
         if numbers[0] not in self._colors:
             raise self._wif.error(
-                f"there is no colour {numbers[0]} in [COLOR TABLE], which has rows from"
+                f"there is no colour {numbers[0]:.12g} in [COLOR TABLE], which has rows from"
                 f" {min(self._colors)} to {max(self._colors)}",
                 entry,
             )
@@ -74,26 +76,41 @@ class Palette:
     def _read_exact(self) -> dict[int, tuple[float, ...]]:
         """Return the colours that the table has rounded; what no longer agrees with it is stale."""
         step = 1 / float(self._high - self._low)
-        exact = {}
-        for number, entry in self._wif.numbered(EXACT_COLORS).items():
-            color = tuple(map(float, self._triple(entry, self._wif.decimals(entry))))
-            rounded = self._colors.get(number)
-            if rounded and np.allclose(color, rounded, rtol=0, atol=0.5001 * step):
-                exact[number] = color
-        return exact
+        exact = self._wif.read_rows(
+            self._wif.numbered(EXACT_COLORS, first=0),
+            lambda entry: tuple(map(float, self._triple(entry))),
+            "[COLOR TABLE] has the colour",
+        )
+        return {
+            number: color
+            for number, color in exact.items()
+            if (rounded := self._colors.get(number))
+            and np.allclose(color, rounded, rtol=0, atol=0.5001 * step)
+        }
 
     def _read_range(self) -> tuple[Decimal, Decimal]:
         entry = self._wif.entry("COLOR PALETTE", "range")
         if entry is None:
-            return Decimal(0), Decimal(255)
+            return _DEFAULT_RANGE
+        try:
+            return self._two_ends(entry)
+        except WifError as error:
+            self._wif.take("{},{} is taken".format(*_DEFAULT_RANGE), error)
+            return _DEFAULT_RANGE
+
+    def _two_ends(self, entry: Entry) -> tuple[Decimal, Decimal]:
         numbers = self._wif.decimals(entry)
         if len(numbers) != 2 or numbers[0] >= numbers[1]:
-            raise self._wif.error(f"must be lowest,highest, not {entry.bare!r}", entry)
+            raise self._wif.error(f"must be lowest,highest, not {quoted(entry.bare)}", entry)
         return numbers[0], numbers[1]
 
-    def _triple(self, entry: Entry, numbers: list[Decimal]) -> list[Decimal]:
+    def _table_color(self, entry: Entry) -> tuple[float, ...]:
+        return self._scale(entry, self._triple(entry))
+
+    def _triple(self, entry: Entry) -> list[Decimal]:
+        numbers = self._wif.decimals(entry)
         if len(numbers) != 3:
-            raise self._wif.error(f"must be R,G,B, not {entry.bare!r}", entry)
+            raise self._wif.error(f"must be R,G,B, not {quoted(entry.bare)}", entry)
         return numbers
 
     def _scale(self, entry: Entry, numbers: list[Decimal]) -> tuple[float, ...]:
@@ -116,14 +133,13 @@ def read_colors(
 ) -> FloatArray:
     """Return the colour of each yarn of a side, WARP or WEFT.
 
-    A default that is no valid colour is an error if a yarn that is woven needs it, else odd.
+    A default that is no valid colour is an error if a yarn that is woven needs it and the reading
+    is strict, else odd.
     """
     colors = np.full((is_woven.size, 3), np.nan)
-    known: dict[str, tuple[float, ...]] = {}
-    for number, entry in wif.numbered(f"{side} COLORS", is_woven.size).items():
-        if entry.bare not in known:
-            known[entry.bare] = palette.color(entry) if entry.bare else (np.nan,) * 3
-        colors[number - 1] = known[entry.bare]
+    rows = wif.numbered(f"{side} COLORS", is_woven.size)
+    for number, color in wif.read_rows(rows, palette.color, "the default is taken").items():
+        colors[number - 1] = color
     needs_default = np.isnan(colors[:, 0])
     is_woven_by_default = bool((needs_default & is_woven).any())
     default = _default_color(wif, side, palette, is_woven_by_default)
@@ -142,8 +158,7 @@ def _default_color(
     try:
         return palette.color(entry)
     except WifError as error:
-        # With no table at all a file has no colours, which is no reason to refuse its weave.
-        if is_needed and palette:
+        if is_needed and wif.strict:
             raise
         wif.note(error.problem, entry)
         return None
@@ -179,35 +194,50 @@ def read_lengths(wif: Wif, side: str, count: int) -> tuple[FloatArray, FloatArra
     return spacing, thickness
 
 
-def _read_length(wif: Wif, side: str, what: str, count: int, unit: Decimal) -> FloatArray:
-    """Read the lengths of all yarns, NaN where the file has none."""
-    default = wif.entry(side, what)
-    lengths = np.full(count, _in_mm(wif, default, unit) if default else np.nan)
-    known: dict[str, float] = {}
-    for number, entry in wif.numbered(f"{side} {what.upper()}", count).items():
-        if not entry.bare:
-            continue
-        if entry.bare not in known:
-            known[entry.bare] = _in_mm(wif, entry, unit)
-        lengths[number - 1] = known[entry.bare]
+def _read_length(wif: Wif, side: str, what: str, count: int, unit: Decimal | None) -> FloatArray:
+    """Read the lengths of all yarns, NaN where the file has none that can be read."""
+    lengths = np.full(count, np.nan)
+    _note_zoom(wif, side, what)
+    if unit is None:
+        return lengths
+
+    def read(entry: Entry) -> float:
+        return _in_mm(wif, entry, unit)
+
+    # A number that no row has: the side's default, if it can be read.
+    default = {0: entry} if (entry := wif.entry(side, what)) else {}
+    for value in wif.read_rows(default, read, "it is taken for not given").values():
+        lengths[:] = value
+    rows = wif.numbered(f"{side} {what.upper()}", count)
+    for number, value in wif.read_rows(rows, read, "the default is taken").items():
+        lengths[number - 1] = value
     return lengths
+
+
+def _note_zoom(wif: Wif, side: str, what: str) -> None:
+    """Say that zooms, which magnify lengths on a screen, are left alone."""
+    oddity = f"zooms are not applied: the {what} is taken as it is"
+    if entry := wif.entry(side, f"{what} zoom"):
+        wif.note(oddity, entry)
+    wif.note_all(list(wif.rows_of(f"{side} {what.upper()} ZOOM").values()), oddity)
 
 
 def _in_mm(wif: Wif, entry: Entry, unit: Decimal) -> float:
     numbers = wif.decimals(entry)
     if len(numbers) != 1 or numbers[0] < 0:
-        raise wif.error(f"must be one number of at least 0, not {entry.bare!r}", entry)
+        raise wif.error(f"must be one number of at least 0, not {quoted(entry.bare)}", entry)
     # In decimal arithmetic, for a binary factor would move the last digit of what was written.
     length = float(numbers[0] * unit)
     if not np.isfinite(length):
-        raise wif.error(f"is too large: {entry.bare}", entry)
+        raise wif.error(f"is too large: {quoted(entry.bare)}", entry)
     if length == 0:
         wif.note("is 0, which is taken for not given", entry)
         return float("nan")
     return length
 
 
-def _mm_per_unit(wif: Wif, side: str) -> Decimal:
+def _mm_per_unit(wif: Wif, side: str) -> Decimal | None:
+    """Return the length of a side's unit, None if it is one that the format does not know."""
     entry = wif.entry(side, "units")
     if entry is None:
         other = wif.entry("WEFT" if side == "WARP" else "WARP", "units")
@@ -220,7 +250,8 @@ def _mm_per_unit(wif: Wif, side: str) -> Decimal:
     name = entry.bare.lower()
     unit = _MM_PER_UNIT.get(_OTHER_SPELLINGS.get(name, name))
     if unit is None:
-        raise wif.error(f"must be Decipoints, Inches or Centimeters, not {entry.bare!r}", entry)
+        problem = f"must be Decipoints, Inches or Centimeters, not {quoted(entry.bare)}"
+        wif.take("no spacing or thickness is read", wif.error(problem, entry))
     return unit
 
 
