@@ -18,7 +18,7 @@ from plycloth._json import load, load_as
 from plycloth._plycloth import __version__
 from plycloth.compare import FEWEST_YARNS, HEIGHT, compare, subject
 from plycloth.draft import Draft
-from plycloth.fabric import Fabric, default_yarn
+from plycloth.fabric import Fabric, draft_yarns
 from plycloth.image_file import READABLE, WRITABLE, ImageError
 from plycloth.image_read import read_photograph
 from plycloth.image_write import checked_dpi
@@ -31,7 +31,7 @@ from plycloth.report import Comparison, save_fit
 from plycloth.rig import RIG, PhotoRig
 from plycloth.scene import Scene
 from plycloth.wif import read_wif
-from plycloth.yarn import RoundYarn
+from plycloth.yarn_set import Yarns
 
 SIDES = ("front", "back")
 CLOTH_SIDES = ("face", "back")
@@ -279,8 +279,8 @@ def _scene(options: argparse.Namespace) -> tuple[Scene, str]:
         if options.yarn is None:
             fabric = Fabric.from_draft(draft, progress=_progress(options))
         else:
-            yarn = _scaled_preset(options.yarn, draft)
-            fabric = Fabric.from_draft(draft, yarn, yarn).fitted(progress=_progress(options))
+            yarns = _scaled_preset(options.yarn, draft)
+            fabric = Fabric.from_draft(draft, *yarns).fitted(progress=_progress(options))
     if options.side == "back":
         fabric, shown = fabric.turned_over(), f"the back of {shown}"
     scene = overview(
@@ -367,12 +367,13 @@ def _chosen(options: argparse.Namespace) -> dict[str, Any]:
     return chosen
 
 
-def _scaled_preset(name: str, draft: Draft) -> RoundYarn:
-    """Return a measured yarn, enlarged to the median thickness of the draft's yarns."""
-    default = default_yarn(draft.warp_thickness)
+def _scaled_preset(name: str, draft: Draft) -> tuple[Yarns, Yarns]:
+    """Return a measured yarn, enlarged to the thickness of each of the draft's threads."""
     measured = preset(name)
-    scale = default.radius_mm / measured.radius_mm
-    return replace(default, plies=measured.plies, pitch_mm=measured.pitch * scale)
+    return (
+        draft_yarns(draft.warp_thickness, draft.warp_spacing, measured),
+        draft_yarns(draft.weft_thickness, draft.weft_spacing, measured),
+    )
 
 
 def _light(name: str) -> str | tuple[Light, ...]:
