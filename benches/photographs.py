@@ -3,6 +3,9 @@
 Fits each photo pair to both sides, to the front alone and to the back alone, and prints each fit's
 relative error on both sides: averages over 32 x 32 blocks in linear light, root mean squared
 difference over the photograph's mean, of the pictures as 8-bit files encoded by a gamma of 2.2.
+The fabric by itself, as `overview` shows it at the photograph's scale, should have the mean colours
+of the front: "colour" is the largest deviation of a channel, and "lines" tells whether the
+strongest diagonal lines of both go the same way (for the back alone: of the back, in light "back").
 Beside them stand the errors of FabricBTDF-Recovery (Tang et al. 2024), fitted to both sides, and of
 one colour per photograph times the falloffs of light and lens ("Lambert"), by the same metric.
 Needs the folder of real data that PLYCLOTH_DATA names; takes some ten minutes a pair on 2 cores.
@@ -14,6 +17,8 @@ import time
 import numpy as np
 import plycloth as pc
 from plycloth.cells import cell_averages
+from plycloth.photo_exposure import LIGHTS
+from plycloth.photo_weaves import leaning
 
 GAMMA = 2.2
 CELLS = 16
@@ -48,7 +53,23 @@ def row(name, fitted_to):
     found = pc.fit_photographs(*given, progress=False)
     seconds = time.perf_counter() - start
     errors = [error(found.picture(side, progress=False), photographs[side]) for side in SIDES]
-    return f"{name:8} {'+'.join(fitted_to):19} {_pair(errors)} {seconds:6.0f} s  {found.geometry}"
+    color, lines = look(found, fitted_to[0], photographs[fitted_to[0]])
+    return (
+        f"{name:8} {'+'.join(fitted_to):19} {_pair(errors)} {seconds:6.0f} s {color:7.1%}"
+        f" {'same' if lines else 'other':5} {found.geometry}"
+    )
+
+
+def look(found, side, photograph):
+    """How far the fabric by itself is off the photograph's colours; whether lines go its way."""
+    scale = found.rig.picture_width / photograph.width
+    size_mm = (scale * photograph.width, scale * photograph.height)
+    scene = pc.overview(found.fabric, LIGHTS[side], size_mm=size_mm, width=photograph.width)
+    seen = pc.render(scene, spp=16, progress=False)
+    colors = (image.pixels.mean((0, 1)) for image in (seen, photograph))
+    ratio = np.divide(*colors)
+    ways = {leaning(pc.estimate_spacing(image).peaks) for image in (seen, photograph)}
+    return np.abs(ratio - 1.0).max(), len(ways) == 1
 
 
 def peers(name):
@@ -66,7 +87,7 @@ def _pair(errors):
 
 def main(names):
     """Print the table."""
-    print("pair     fitted to             front    back    time  geometry", flush=True)
+    print("pair     fitted to             front    back    time  colour lines geometry", flush=True)
     for name in names or pc.datasets.photo_pairs():
         for fitted_to in (SIDES, SIDES[:1], SIDES[1:]):
             print(row(name, fitted_to), flush=True)

@@ -35,13 +35,16 @@ def photographs(tmp_path):
 
 
 @pytest.fixture
-def fits(monkeypatch):
-    """Puts a quick stand-in in the place of the search; gives the calls of it."""
+def fits(monkeypatch, request):
+    """Puts a quick stand-in, stopped by its parameter, in place of the search; gives its calls."""
     calls = []
 
     def fit_photographs(front, back, **options):
         calls.append((front, back, options))
-        return SmallPhotoFit((front, back))
+        sides = [side for side, given in (("front", front), ("back", back)) if given is not None]
+        return SmallPhotoFit(sides, stopped)
+
+    stopped = getattr(request, "param", None)
 
     module = types.ModuleType("plycloth.photo_fit")
     module.fit_photographs = fit_photographs
@@ -91,7 +94,7 @@ def test_render_takes_a_size_a_yarn_and_an_environment(draft, tmp_path):
 
 
 def test_a_named_yarn_keeps_its_twist_at_the_thickness_of_the_draft(draft):
-    yarn, weft = cli._scaled_preset("rayon1", pc.read_wif(draft))
+    yarn, weft = cli.render._scaled_preset("rayon1", pc.read_wif(draft))
     assert weft.radius_mm == pytest.approx(0.2)  # picks are half as far apart
     measured = pc.preset("rayon1")
     assert yarn.radius_mm == pytest.approx(0.4)  # 0.8 of the spacing of 1 mm is its diameter
@@ -182,8 +185,8 @@ def test_what_is_odd_about_a_draft_is_a_line(draft, tmp_path, capsys):
 def test_fit_leaves_json_pictures_and_page(photographs, fits, tmp_path, capsys):
     folder = tmp_path / "new" / "found"
     assert main(["fit", *map(str, photographs), "-o", str(folder), "--seed", "5"]) == 0
-    (front, _, options), = fits  # fmt: skip
-    assert front.pixels[0, 0, 0] == pytest.approx(0.25, abs=0.005)
+    assert fits[0][:2] == tuple(photographs)
+    options = fits[0][2]
     assert options == {"seed": 5, "progress": None, "rig": pc.PhotoRig()}
     assert {path.name for path in folder.iterdir()} == {
         "fit.json", "fabric.json", "front.png", "back.png", "index.html"
@@ -195,8 +198,12 @@ def test_fit_leaves_json_pictures_and_page(photographs, fits, tmp_path, capsys):
     picture = pc.read_image(folder / "front.png", gamma=2.2)
     assert picture.pixels.shape == (12, 12, 3)
     assert picture.pixels[0, 0, 0] == pytest.approx(0.5, abs=0.005)
-    assert pc.Fabric.load(folder / "fabric.json") == SmallPhotoFit(()).result.fabric
-    assert "index.html: relative errors front" in capsys.readouterr().out
+    assert pc.Fabric.load(folder / "fabric.json") == SmallPhotoFit().fabric
+    out, page = capsys.readouterr().out, (folder / "index.html").read_text(encoding="utf-8")
+    assert "index.html: relative errors front" in out
+    assert "The cloth is as large as it is." in out
+    for note in SmallPhotoFit.notes:
+        assert note in page
 
 
 def test_fit_hands_on_what_is_chosen(photographs, fits, draft, tmp_path):
@@ -213,10 +220,49 @@ def test_fit_hands_on_what_is_chosen(photographs, fits, draft, tmp_path):
         "rig": rig,
         "progress": False,
     }
-    # Decoded, and encoded again, by the gamma of that rig.
-    assert fits[0][0].pixels[0, 0, 0] == pytest.approx(0.25 ** (1 / 2.2), abs=0.005)
+    # Encoded by the gamma of that rig.
     written = pc.read_image(tmp_path / "out" / "front.png", gamma=1.0)
     assert written.pixels[0, 0, 0] == pytest.approx(0.5, abs=0.005)
+
+
+def test_what_is_known_of_cloth_and_light_is_handed_on(photographs, fits, tmp_path):
+    arguments = ["fit", *map(str, photographs), "-o", str(tmp_path / "out"), "--quiet"]
+    options = ["--width-mm", "80", "--cover", "0.6", "0.8", "--quick", "--seconds", "20"]
+    assert main([*arguments, *options, "--exposure", "2"]) == 0
+    assert main([*arguments, "--grey-card", "118", "118", "118"]) == 0
+    assert main([*arguments, "--white", "255", "255", "255"]) == 0
+    known, grey, white = (call[2] for call in fits)
+    assert known["width_mm"] == 80.0
+    assert known["covers"] == (0.6, 0.8)
+    assert (known["quick"], known["seconds"], known["exposure"]) == (True, 20.0, 2.0)
+    assert grey["exposure"] == pc.GreyCard((118 / 255) ** 2.2, reflectance=0.18)
+    assert white["exposure"] == pc.GreyCard(1.0, reflectance=0.9)
+
+
+@pytest.mark.parametrize(("lit", "side"), [((), "front"), (("--lit", "back"), "back")])
+def test_a_single_photograph_is_fitted(lit, side, photographs, fits, tmp_path, capsys):
+    folder = tmp_path / "out"
+    assert main(["fit", str(photographs[0]), *lit, "-o", str(folder)]) == 0
+    given = dict(zip(("front", "back"), fits[0][:2], strict=True))
+    assert given == {"front": None, "back": None} | {side: photographs[0]}
+    assert {path.name for path in folder.glob("*.png")} == {f"{side}.png"}
+    assert f"relative errors {side} " in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("fits", ["interrupted"], indirect=True)
+def test_ctrl_c_leaves_the_best_fit_so_far(photographs, fits, tmp_path, capsys):
+    folder = tmp_path / "out"
+    assert main(["fit", *map(str, photographs), "-o", str(folder)]) == 130
+    assert (folder / "fabric.json").exists()
+    out, err = capsys.readouterr()
+    assert "(interrupted: the best so far)" in out
+    assert err == f"plycloth: interrupted: {folder} holds the best so far\n"
+
+
+@pytest.mark.parametrize("fits", ["out of time"], indirect=True)
+def test_a_fit_that_ran_out_of_time_is_marked(photographs, fits, tmp_path, capsys):
+    assert main(["fit", *map(str, photographs), "-o", str(tmp_path / "out")]) == 0
+    assert "(out of time: the best so far)" in capsys.readouterr().out
 
 
 def test_photographs_are_never_replaced(photographs, fits, tmp_path, capsys):
@@ -289,11 +335,10 @@ def test_bad_input_of_render_is_one_line(arguments, message, draft, tmp_path, mo
 
 
 FITS = [
-    (["none.png", "b.png", "-o", "out"], "none.png: No such file"),
-    (["draft.wif", "b.png", "-o", "out"], "draft.wif: has the suffix '.wif'"),
-    (["text.png", "b.png", "-o", "out"], "text.png: not a readable picture"),
     (["a.png", "b.png", "-o", "out", "--dpi", "nan"], "--dpi must be in [1, 65535], not nan"),
     (["a.png", "b.png", "-o", "a.png"], "a.png: is a file, but must be a folder"),
+    (["a.png", "b.png", "-o", "out", "--lit", "back"], "--lit: is for a single photograph"),
+    (["a.png", "b.png", "-o", "out", "--white", "1", "0", "300"], "--white: must be three codes"),
     (["a.png", "b.png", "-o", "out", "--draft", "none.wif"], "none.wif: No such file"),
 ]
 
@@ -321,20 +366,58 @@ def test_unknown_arguments_end_with_2(arguments, capsys):
     assert "usage: plycloth" in capsys.readouterr().err
 
 
+UNREADABLE = [
+    ("none.png", "none.png: No such file"),
+    ("draft.wif", "draft.wif: has the suffix '.wif'"),
+    ("text.png", "text.png: not a readable picture"),
+    ("a.png", "a.png: shows one colour all over"),
+]
+
+
+@pytest.mark.parametrize(("name", "message"), UNREADABLE)
+def test_photographs_that_cannot_be_fitted_are_named(
+    name, message, photographs, draft, tmp_path, monkeypatch, capsys
+):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "text.png").write_text("no picture", encoding="utf-8")
+    for arguments in ([name], [name, "--lit", "back"], [name, "b.png"]):
+        assert main(["fit", *arguments, "-o", "out"]) == 2
+        (line,) = capsys.readouterr().err.splitlines()
+        assert line.startswith("plycloth: error: ")
+        assert message in line
+    assert not (tmp_path / "out").exists()
+
+
 def test_ctrl_c_ends_with_130(draft, tmp_path, monkeypatch, capsys):
     def interrupted(*_, **__):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(cli, "render", interrupted)
+    monkeypatch.setattr(cli.render, "render_to", interrupted)
     assert render(draft, tmp_path / "out.png") == 130
     assert capsys.readouterr().err == "plycloth: interrupted\n"
+
+
+def test_ctrl_c_keeps_the_picture_so_far(draft, tmp_path, monkeypatch, capsys):
+    run = pc.Renderer.run
+
+    def interrupted(renderer, spp, **options):
+        if renderer.samples == 2:
+            raise KeyboardInterrupt
+        run(renderer, spp, **options)
+
+    monkeypatch.setattr(pc.Renderer, "run", interrupted)
+    assert render(draft, tmp_path / "out.exr", "--spp", "9") == 130
+    assert "out.exr holds the picture after 2 of 9 samples per pixel" in capsys.readouterr().err
+    monkeypatch.setattr(pc.Renderer, "run", run)
+    assert render(draft, tmp_path / "two.exr", "--spp", "2") == 0
+    assert pc.read_image(tmp_path / "out.exr") == pc.read_image(tmp_path / "two.exr")
 
 
 def test_errors_of_the_program_itself_are_not_hidden(draft, tmp_path, monkeypatch):
     def failing(*_, **__):
         raise TypeError("a mistake in the code")
 
-    monkeypatch.setattr(cli, "render", failing)
+    monkeypatch.setattr(cli.render, "render_to", failing)
     with pytest.raises(TypeError, match="mistake"):
         render(draft, tmp_path / "out.png")
 
@@ -357,7 +440,8 @@ def test_the_search_takes_what_is_chosen():
     from plycloth.photo_fit import fit_photographs
 
     taken = inspect.signature(fit_photographs).parameters
-    assert {"seed", "tie", "threads", "pattern", "progress"} <= set(taken)
+    named = {"seed", "tie", "threads", "pattern", "progress", "width_mm", "exposure", "covers"}
+    assert named | {"quick", "seconds", "rig"} <= set(taken)
 
 
 def test_a_resolution_is_noted_in_the_picture(draft, tmp_path):

@@ -153,7 +153,9 @@ def problem(lenses):
     everything = _Problem(
         scenes=scenes(HIDDEN),
         targets=[np.full((4, 4, 3), 0.3), np.full((4, 4, 3), 0.2)],
-        space=_Space(start, unknowns(None, tie=False, bounds={}), lens_unknowns(True, "each", 2)),
+        space=_Space(
+            start, unknowns(None, tie=False, bounds={}), lens_unknowns(True, "each", range(2))
+        ),
         paths=64,
         max_depth=5,
         weights=[1.0, 0.4],
@@ -229,6 +231,31 @@ def test_the_lens_darkens_corners():
     assert np.allclose(slope, difference, rtol=1e-5)
 
 
+def test_a_picture_whose_lens_is_known_tells_brightness_from_exposure():
+    """Both pictures are three times as bright as the start; of one, the exposure is known."""
+    start = replace(HIDDEN, base_color=0.2, transmitted_color=0.2, specular_tint=0.2)
+    brighter = [pc.Image(3.0 * image.pixels) for image in pictures(start, spp=16, sides=FRONT)]
+    options = {"free": [], "exposure": True, "falloff": "each", "paths": 32, "rounds": 4}
+    found = pc.fit(
+        scenes(start, FRONT) * 2,
+        brighter * 2,
+        lenses=[Lens(), Lens(2.0, 0.1)],
+        fixed_lenses=[1],
+        cells=[8, 4],
+        bounds={"exposure": (0.5, 5.0)},
+        progress=False,
+        **options,
+    )
+    assert found.lenses[0].exposure == pytest.approx(3.0, rel=0.1)
+    assert found.lenses[1] == Lens(2.0, 0.1)
+    assert [estimate.label for estimate in found.estimates] == ["exposure", "falloff.1"]
+    assert [match.target.shape for match in found.matches] == [(8, 8, 3), (4, 4, 3)]
+    bounded = pc.fit(
+        scenes(start, FRONT), brighter, bounds={"exposure": (0.5, 2.0)}, progress=False, **options
+    )
+    assert bounded.lenses[0].exposure == pytest.approx(2.0, rel=0.01)
+
+
 def test_cell_averages_keep_the_mean_and_the_places():
     pixels = np.arange(6 * 4 * 3, dtype=float).reshape(6, 4, 3)
     cells = cell_averages(pixels, 2)
@@ -250,6 +277,10 @@ def test_cell_averages_keep_the_mean_and_the_places():
         ({"bounds": {"shine": (0.0, 1.0)}}, "bounded parameter"),
         ({"bounds": {"eta": (0.5, 1.5)}}, r"PlyBsdf.eta must be in \[1.01, 3\], not 0.5"),
         ({"bounds": {"eta": (1.2, np.nan)}}, r"bounds of eta\[1\] must be finite"),
+        ({"bounds": {"exposure": (2.0, 1.0)}}, "bounds of exposure must be .* 0 < low < high"),
+        ({"bounds": {"exposure": (0.0, 1.0)}}, "bounds of exposure must be .* 0 < low < high"),
+        ({"fixed_lenses": [1]}, r"fixed_lenses\[0\] must be in \[0, 0\], not 1"),
+        ({"cells": [4, 4]}, "cells must be 1 numbers, not 2"),
         ({"falloff": "both"}, "falloff"),
         ({"lenses": [Lens(), Lens()]}, "lenses must be one per scene: 1, not 2"),
         ({"threads": 0}, "threads"),
@@ -286,6 +317,7 @@ def test_bad_input_is_named(changes, message):
         ({"bounds": [("eta", 1)]}, "bounds must be a dict"),
         ({"bounds": {"eta": 1.5}}, "bounds of eta must be 2 numbers"),
         ({"lenses": [(1.0, 0.0)]}, "lenses must be a list of Lens"),
+        ({"fixed_lenses": 0}, "fixed_lenses must be a list of numbers of pictures"),
         ({"threads": "all"}, "threads must be an integer"),
     ],
 )

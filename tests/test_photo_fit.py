@@ -1,14 +1,16 @@
 """The photo rig, and the search around the optical fit."""
 
+import html
 import json
+from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import plycloth as pc
 import pytest
 from plycloth import photo_search
 from plycloth.cells import cell_averages
-from plycloth.photo_fit import guess_geometries
-from plycloth.photo_geometry import weaves
+from plycloth.photo_guess import find_threads, guess_geometries, usual_width
 from plycloth.photo_placement import Placement, find_placement
 from plycloth.photo_search import Effort
 
@@ -24,6 +26,14 @@ SATIN = pc.Geometry(
     0.05,
 )
 SHINY = pc.PlyBsdf(extinction=200.0, roughness=(0.1, 0.8), exit_roughness=(0.1, 0.8))
+
+
+SMALL = Effort(cells=8, paths=8, rounds=1, evaluations=3, judging_paths=8)
+
+
+@cache
+def photograph(side):
+    return picture(side)
 
 
 def picture(side, **placed):
@@ -83,21 +93,17 @@ def test_placements_are_checked(placed, error, message):
         pc.photo_rig(SATIN.fabric((SHINY, SHINY)), "front", **placed)
 
 
-def test_weaves_for_every_repeat():
-    for repeat in (None, *range(1, 13)):
-        for name, pattern in weaves(repeat):
-            assert isinstance(pattern, pc.WeavePattern), name
-            if repeat is not None and repeat > 2 and repeat != 6:
-                assert repeat in (pattern.ends, pattern.picks)
-
-
 def test_guesses_follow_a_known_weave_and_the_pitch():
     y, x = np.mgrid[:256, :256]
     lines = 0.5 + 0.2 * np.cos(2 * np.pi * x / 5) + 0.2 * np.cos(2 * np.pi * y / 4)
     image = np.repeat(lines[..., None], 3, axis=2)
-    guesses = guess_geometries({"front": image}, SATIN.pattern)
+    threads = find_threads({"front": image})
+    rig = pc.PhotoRig().scaled(usual_width(threads, 256))
+    guesses = guess_geometries(threads, 256, rig, SATIN.pattern)
     assert {g.pattern for g in guesses} == {SATIN.pattern}
     assert guesses[0].warp_spacing_mm / guesses[0].weft_spacing_mm == pytest.approx(5 / 4, rel=0.03)
+    # As many threads as cloth usually has.
+    assert guesses[0].warp_spacing_mm * guesses[0].weft_spacing_mm == pytest.approx((10 / 35) ** 2)
 
 
 def test_a_placement_is_found_where_the_residuals_vanish():
@@ -123,10 +129,39 @@ def test_placements_stay_within_their_limits():
     assert far.rotation == 0.0
 
 
-def test_a_small_search_from_end_to_end(monkeypatch):
-    small = Effort(cells=8, paths=8, rounds=1, evaluations=3, judging_paths=8)
-    for name in ("SKETCH", "DRAWING", "PAINTING"):
-        monkeypatch.setattr(photo_search, name, small)
+@pytest.fixture
+def efforts(monkeypatch):
+    """Makes searches short; sets another effort if called with one."""
+
+    def set_all(effort):
+        for name in ("SKETCH", "DRAWING", "PAINTING"):
+            monkeypatch.setattr(photo_search, name, effort)
+            monkeypatch.setattr(photo_search, f"QUICK_{name}", effort)
+
+    set_all(SMALL)
+    return set_all
+
+
+@pytest.fixture
+def stop_after(monkeypatch):
+    """Lets a fit raise an exception once so many have been made."""
+
+    def stop(count, exception):
+        calls, fit = [], photo_search.fit
+
+        def stopping(*arguments, **options):
+            calls.append(options)
+            if len(calls) > count:
+                raise exception
+            return fit(*arguments, **options)
+
+        monkeypatch.setattr(photo_search, "fit", stopping)
+        return calls
+
+    return stop
+
+
+def test_a_small_search_from_end_to_end(efforts):
     seen = []
     found = pc.fit_photographs(
         picture("front"),
@@ -155,7 +190,7 @@ def test_a_small_search_from_end_to_end(monkeypatch):
 
 
 def test_bad_photographs_are_named(tmp_path):
-    image = pc.Image(np.ones((32, 32, 3), np.float32))
+    image = photograph("front")
     with pytest.raises(pc.ParameterError, match="must not both be None"):
         pc.fit_photographs(None, None)
     with pytest.raises(TypeError, match="list of at least one Geometry"):
@@ -164,5 +199,170 @@ def test_bad_photographs_are_named(tmp_path):
         pc.fit_photographs(image, image, threads=-1)
     with pytest.raises(pc.ParameterError, match="the same size"):
         pc.fit_photographs(image, pc.Image(np.ones((32, 16, 3), np.float32)))
+    for options, message in (
+        ({"width_mm": 0}, "width_mm must be finite and greater than 0, not 0"),
+        ({"exposure": -1}, "exposure must be finite and greater than 0, not -1"),
+        ({"covers": (0.9, 0.5)}, r"covers must be \(low, high\), not \(0.9, 0.5\)"),
+        ({"covers": (0.5, 9)}, r"covers\[1\] must be in \[0.01, 1.5\], not 9"),
+        ({"seconds": 0}, "seconds must be finite and greater than 0, not 0"),
+    ):
+        with pytest.raises(pc.ParameterError, match=message):
+            pc.fit_photographs(image, **options)
     with pytest.raises(FileNotFoundError):
         pc.fit_photographs(tmp_path / "none.png", image)
+
+
+def test_an_enlarged_rig_sees_the_same():
+    """All lengths grow, light arrives alike, and a longer way through yarns absorbs alike."""
+    rig = pc.PhotoRig()
+    large = rig.scaled(80.0)
+    scale = 80.0 / rig.picture_width
+    assert large.picture_width == pytest.approx(80.0)
+    for side in ("front", "back"):
+        assert large.irradiance(side) == pytest.approx(rig.irradiance(side))
+    bsdf = replace(SHINY, extinction=SHINY.extinction / scale)
+    geometry = replace(SATIN, warp_spacing_mm=0.05 * scale, weft_spacing_mm=0.05 * scale)
+    scene = pc.photo_rig(geometry.fabric((bsdf, bsdf)), "front", rig=large, resolution=(32, 32))
+    seen = pc.render(scene, spp=64, both_sides=True, progress=False).pixels
+    assert seen.mean() == pytest.approx(photograph("front").pixels.mean(), rel=0.01)
+
+
+def test_a_grey_card_tells_the_exposure():
+    """A card that the camera sees as the rig's light has it was taken with an exposure of 1."""
+    rig = pc.PhotoRig()
+    card = pc.FlatYarn(0.05, pc.DiffuseBsdf(0.18), thickness_mm=1e-4)
+    fabric = pc.Fabric(pc.WeavePattern.plain(), card, card, 0.05, 0.05)
+    scene = pc.photo_rig(fabric, "front", rig=rig, resolution=(33, 33))
+    middle = pc.render(scene, spp=64, progress=False).pixels[15:18, 15:18].mean((0, 1))
+    assert pc.GreyCard(middle).exposure(rig) == pytest.approx(1.0, rel=0.03)
+    assert pc.GreyCard(3 * middle, reflectance=0.54).exposure(rig) == pytest.approx(1.0, rel=0.03)
+    assert pc.GreyCard(2 * middle).exposure(rig) == pytest.approx(2.0, rel=0.03)
+    with pytest.raises(pc.ParameterError, match=r"GreyCard.reflectance must be in \[0.001, 1\]"):
+        pc.GreyCard(0.5, reflectance=18)
+
+
+def test_an_exposure_that_is_known_is_kept(efforts):
+    card = pc.GreyCard(0.3)
+    for exposure, value in ((2.5, 2.5), (card, card.exposure(pc.PhotoRig()))):
+        found = pc.fit_photographs(
+            photograph("front"), geometries=[SATIN], exposure=exposure, seconds=1e-3, progress=False
+        )
+        assert found.lenses["front"].exposure == pytest.approx(value)
+        assert "exposure" not in [estimate.label for estimate in found.result.estimates]
+        assert any("exposure" in said and f"{value:.4g}" in said for said in found.assumptions)
+
+
+def test_the_fitted_cloth_by_itself_has_the_colours_of_the_photograph(efforts):
+    """The rig's units and light have nothing to do with those of `overview`."""
+    efforts(Effort(cells=4, paths=128, rounds=4, evaluations=3, judging_paths=64))
+    color = np.array([0.7, 0.35, 0.2])
+    matte = pc.PlyBsdf(1.3, base_color=color, transmitted_color=color, roughness=0.6)
+    scene = pc.photo_rig(SATIN.fabric((matte, matte)), "front", resolution=(32, 32))
+    dark = pc.Image(2.0 * pc.render(scene, spp=16, both_sides=True, progress=False).pixels)
+    found = pc.fit_photographs(
+        dark, geometries=[SATIN], width_mm=80.0, quick=True, seconds=600, progress=False
+    )
+    assert found.stopped is None
+    assert found.rig.picture_width == pytest.approx(80.0)
+    assert "The pictures show 80 mm of cloth from left to right, as given." in found.assumptions
+    scene = pc.overview(found.fabric, size_mm=(80.0, 80.0), width=32)
+    seen = pc.render(scene, spp=16, progress=False).pixels.mean((0, 1))
+    assert seen == pytest.approx(dark.pixels.mean((0, 1)), rel=0.15)
+
+
+@pytest.mark.parametrize("covers", [(0.5, 0.95), (0.7, 0.8)])
+def test_yarns_fill_their_room_and_never_overlap(covers):
+    blank = find_threads({"front": np.full((64, 64, 3), 0.5)})
+    # Ends that lie close, and picks that do not, as in twills.
+    spacing = replace(
+        blank.spacing, warp_px=1.3, weft_px=2.7, warp_confidence=1.0, weft_confidence=1.0
+    )
+    guesses = [
+        guess
+        for repeat, step in ((2, 1), (3, 1), (4, 3), (5, 2))
+        for guess in guess_geometries(
+            replace(blank, spacing=replace(spacing, repeat=repeat, step=step)), 64, covers=covers
+        )
+    ]
+    tried = guesses + [g for each in guesses for g in each.variations(covers, cross_sections=True)]
+    assert len({str(g) for g in tried}) > len(guesses)
+    for geometry in tried:
+        fabric = geometry.fabric((SHINY, SHINY))
+        assert fabric.warp.bsdf == SHINY
+        assert fabric.overlaps().count == 0, geometry
+        for yarn, spacing in (
+            (fabric.warp, fabric.warp_spacing_mm),
+            (fabric.weft, fabric.weft_spacing_mm),
+        ):
+            assert covers[0] - 1e-9 <= 2.0 * yarn.half_width / spacing <= covers[1] + 1e-9, geometry
+
+
+def test_yarns_without_room_are_refused():
+    """A wide round warp, closely crossed by ribbons, could only be narrowed to nothing."""
+    crammed = pc.Geometry(
+        "twill",
+        pc.WeavePattern.twill(2, 1),
+        pc.YarnGuess(flat=False, cover=0.9),
+        pc.YarnGuess(flat=True, cover=0.9),
+        0.2,
+        0.42,
+    )
+    assert not crammed.has_room(0.5)
+    assert replace(crammed, warp=pc.YarnGuess(flat=False, cover=0.5)).has_room(0.5)
+    message = "the yarns of twill, warp round 0.9, weft flat 0.9 have no room"
+    with pytest.raises(pc.ParameterError, match=message):
+        pc.fit_photographs(photograph("front"), geometries=[crammed])
+
+
+def test_what_was_assumed_is_said_everywhere(efforts):
+    found = pc.fit_photographs(photograph("back"), geometries=[SATIN], seconds=1e-3, progress=False)
+    assert any("no photograph lit from behind" in said for said in found.assumptions)
+    assert any("of overview" in said for said in found.assumptions)
+    for said in found.assumptions:
+        assert said in html.unescape(found._repr_html_())
+        assert said in found.notes
+    assert found.summary()["assumptions"] == list(found.assumptions)
+
+
+def test_threads_that_are_hardly_told_are_a_warning(efforts, tmp_path):
+    noise = np.random.default_rng(2).uniform(0.2, 0.6, (64, 64, 3)).astype(np.float32)
+    pc.Image(noise).save(tmp_path / "noise.exr")
+    with pytest.warns(pc.ConfidenceWarning, match=r"noise.exr: threads are hardly told"):
+        found = pc.fit_photographs(tmp_path / "noise.exr", seconds=1e-3, progress=False)
+    (doubt,) = found.doubts
+    assert "warp: none, weft: none" in doubt
+    assert f"Warning: {doubt}." in html.unescape(found._repr_html_())
+    assert found.summary()["doubts"] == [doubt]
+    assert "Warning: threads are hardly told" in pc.estimate_spacing(noise)._repr_html_()
+
+
+def test_time_that_has_passed_leaves_the_best_so_far(efforts, stop_after):
+    calls = stop_after(99, AssertionError)
+    found = pc.fit_photographs(
+        photograph("front"), geometries=[SATIN], seconds=1e-3, progress=False
+    )
+    # One fit is made in any case.
+    assert len(calls) == 1
+    assert found.stopped == "out of time"
+    assert found.summary()["stopped"] == "out of time"
+    assert "stopped (out of time)" in repr(found)
+    assert "The search was stopped (out of time)" in found._repr_html_()
+
+
+def test_ctrl_c_leaves_the_best_so_far(efforts, stop_after):
+    stop_after(2, KeyboardInterrupt())
+    found = pc.fit_photographs(photograph("front"), geometries=[SATIN], progress=False)
+    assert found.stopped == "interrupted"
+    assert len(found.candidates) == 1
+
+
+def test_ctrl_c_before_the_first_fit_goes_through(efforts, stop_after):
+    stop_after(0, KeyboardInterrupt())
+    with pytest.raises(KeyboardInterrupt):
+        pc.fit_photographs(photograph("front"), geometries=[SATIN], progress=False)
+
+
+def test_a_quick_search_makes_fewer_fits():
+    quick, whole = photo_search.plan(quick=True), photo_search.plan()
+    assert quick.most_steps(16) < whole.most_steps(16)
+    assert quick.painting.paths < whole.painting.paths

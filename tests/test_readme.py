@@ -2,12 +2,13 @@
 
 import re
 import shutil
+from inspect import signature
 from pathlib import Path
 
 import plycloth as pc
 import pytest
 from fits import SmallPhotoFit
-from plycloth import cli
+from plycloth import cli, photo_fit
 
 ROOT = Path(__file__).parents[1]
 DOCUMENTS = [
@@ -41,8 +42,10 @@ def quick(tmp_path, monkeypatch):
 
     monkeypatch.setattr(pc, "compare", compare)
 
-    def fit_photographs(front, back):
-        return SmallPhotoFit([pc.read_image(path, gamma=2.2) for path in (front, back)])
+    def fit_photographs(front, back, **options):
+        assert options.keys() <= signature(photo_fit.fit_photographs).parameters.keys()
+        assert all(pc.read_image(path, gamma=2.2) for path in (front, back))
+        return SmallPhotoFit()
 
     monkeypatch.setattr(pc, "fit_photographs", fit_photographs, raising=False)
     return tmp_path

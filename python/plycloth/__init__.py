@@ -26,6 +26,7 @@ from plycloth.light import (
 )
 from plycloth.overlap import Overlaps, OverlapWarning
 from plycloth.overview import overview
+from plycloth.photo_exposure import GreyCard
 from plycloth.photo_fit import PhotoFit, fit_photographs
 from plycloth.photo_geometry import Geometry, YarnGuess
 from plycloth.presets import preset, presets
@@ -34,12 +35,13 @@ from plycloth.render import Renderer, render
 from plycloth.rig import PhotoRig, photo_rig
 from plycloth.scatter import Interface, PlyLobes, body_reflection
 from plycloth.scene import Scene, Swatch
-from plycloth.spacing import Spacing, estimate_spacing
+from plycloth.spacing import ConfidenceWarning, Spacing, estimate_spacing
 from plycloth.weave import WeavePattern
 from plycloth.wif import WifError, WifWarning, read_wif, write_wif
 from plycloth.yarn import FlatYarn, RoundYarn
 
 __all__ = [
+    "ConfidenceWarning",
     "ConstantLight",
     "DiffuseBsdf",
     "DirectionalLight",
@@ -50,6 +52,7 @@ __all__ = [
     "FlatYarn",
     "FormatError",
     "Geometry",
+    "GreyCard",
     "Image",
     "ImageError",
     "ImageWarning",

@@ -34,6 +34,8 @@ from plycloth._check import (
 )
 from plycloth.bsdf import PlyBsdf
 from plycloth.fit_input import (
+    cell_counts,
+    fixed_pictures,
     picture_targets,
     picture_weights,
     scene_list,
@@ -48,12 +50,12 @@ from plycloth.pool import Linear, Pool, nearby, pool
 from plycloth.progress import Progress, reporting
 from plycloth.scene import Scene
 from plycloth.unknowns import (
-    EXPOSURE,
     FALLOFFS,
     LensUnknown,
     Parameter,
     Unknown,
     lens_unknowns,
+    split_bounds,
     unknowns,
     with_lens_values,
     with_values,
@@ -73,7 +75,6 @@ STATED_NOISE = 0.01
 
 _count = integer(1, 10**6)
 _depth = optional(integer(1, 10**6))
-_cells = integer(1, 256)
 _paths = integer(1, 2 * _plycloth.CompiledTape.MAX_PATHS)
 _objective = choice(*OBJECTIVES)
 _falloff = optional(choice(*FALLOFFS))
@@ -137,8 +138,9 @@ def fit(
     exposure: bool = False,
     falloff: str | None = None,
     lenses: Sequence[Lens] | None = None,
+    fixed_lenses: Sequence[int] = (),
     objective: str = "grid",
-    cells: int = 16,
+    cells: int | Sequence[int] = 16,
     weights: Sequence[float] | None = None,
     paths: int = 128,
     rounds: int = 12,
@@ -164,7 +166,8 @@ def fit(
         Names of the parameters to look for: fields of PlyBsdf, for both yarns ("eta") or for one
         ("warp.base_color"). None: all. It may be empty if exposure or falloff is looked for.
     bounds
-        Ranges for some parameters, as {"roughness": (0.1, 0.5)}; in the units of PlyBsdf.
+        Ranges for some parameters, as {"roughness": (0.1, 0.5)}; in the units of PlyBsdf. That of
+        the "exposure" is 0.02 to 50 unless it is named.
     tie
         Whether warp and weft share their values.
     exposure
@@ -175,12 +178,15 @@ def fit(
     lenses
         Per picture: exposure and falloff to start from, and to stay with if they are not looked
         for. None: 1 and 0.
+    fixed_lenses
+        Which pictures, counted from 0, keep the lens that `lenses` gives them, whatever is looked
+        for in the others.
     objective
         "grid": the averages of `cells` x `cells` cells; "average": those of whole pictures, as in
         the paper. In both, squared differences relative to the picture's mean, averaged over cells
         and channels and summed over pictures.
     cells
-        Rows and columns of the grid, 1 to 256.
+        Rows and columns of the grid, 1 to 256; one number, or one per picture.
     weights
         Per picture: a factor on its part of the objective, greater than 0; None: 1.
     paths
@@ -204,12 +210,20 @@ def fit(
         is left to look for.
     """
     all_scenes = scene_list(scenes)
-    cells = _cells("cells", cells) if _objective("objective", objective) == "grid" else 1
+    count = len(all_scenes)
+    grids = cell_counts(cells if _objective("objective", objective) == "grid" else 1, count)
     bsdfs = start_bsdfs(all_scenes)
-    targets = picture_targets(all_scenes, images, cells)
-    start = _Point(bsdfs, start_lenses(lenses, len(all_scenes)))
-    camera = lens_unknowns(exposure, _falloff("falloff", falloff), len(all_scenes))
-    optical = unknowns(free, tie=tie, bounds=bounds or {})
+    targets = picture_targets(all_scenes, images, grids)
+    start = _Point(bsdfs, start_lenses(lenses, count))
+    optical_bounds, exposure_bounds = split_bounds({} if bounds is None else bounds)
+    fixed = fixed_pictures(fixed_lenses, count)
+    camera = lens_unknowns(
+        exposure,
+        _falloff("falloff", falloff),
+        [each for each in range(count) if each not in fixed],
+        exposure_bounds,
+    )
+    optical = unknowns(free, tie=tie, bounds=optical_bounds)
     if not optical and not camera:
         raise ParameterError("free must name at least one parameter if the lens is known")
     problem = _Problem(
@@ -218,7 +232,7 @@ def fit(
         space=_Space(start, optical, camera),
         paths=max(1, _paths("paths", paths) // 2),
         max_depth=_depth("max_depth", max_depth),
-        weights=picture_weights(weights, len(all_scenes)),
+        weights=picture_weights(weights, count),
         threads=_threads("threads", threads),
     )
     rounds, evaluations = _count("rounds", rounds), _count("evaluations", evaluations)
@@ -274,7 +288,7 @@ class _Problem:
         optical = [np.reshape(column, values.shape) * gain for column in columns]
         by_exposure, by_falloff = values * gain / lens.exposure, values * gain_by_falloff
         camera = [
-            (by_exposure if unknown.parameter is EXPOSURE else by_falloff)
+            (by_exposure if unknown.parameter.name == "exposure" else by_falloff)
             * (picture in unknown.pictures)
             for unknown in space.camera
         ]
@@ -400,7 +414,7 @@ def _result(
     return FitResult(
         scenes=[scene.with_bsdfs(*point.bsdfs) for scene in problem.scenes],
         lenses=point.lenses,
-        estimates=_estimates(problem.space, pooled, u, len(tapes)),
+        estimates=_estimates(problem.space, pooled, u, problem.targets[0].size),
         matches=matches,
         steps=descent.steps,
         evaluations=descent.evaluations,
@@ -408,10 +422,10 @@ def _result(
     )
 
 
-def _estimates(space: _Space, pooled: Pool, u: FloatArray, pictures: int) -> list[Estimate]:
+def _estimates(space: _Space, pooled: Pool, u: FloatArray, rows: int) -> list[Estimate]:
     """Values with the uncertainty that the residuals at `u`, and `STATED_NOISE`, leave them."""
     # Rows carry 1/sqrt(rows per picture): noise of one row is STATED_NOISE of that.
-    noise = STATED_NOISE / (len(pooled.residuals) / pictures) ** 0.5
+    noise = STATED_NOISE / rows**0.5
     deviations, in_weak, partners = identify(pooled, noise, space.labels)
     labels, values, scales = space.labels, space.values(space.decode(u)), space.slopes(u)
     units = [parameter.unit for parameter in space.parameters]

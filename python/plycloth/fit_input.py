@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from plycloth._check import POSITIVE, ParameterError, number, vector
+from plycloth._check import POSITIVE, ParameterError, integer, number, vector
 from plycloth.bsdf import Bsdf, PlyBsdf
 from plycloth.cells import cell_averages
 from plycloth.lens import Lens
@@ -13,6 +13,8 @@ from plycloth.scene import Scene
 from plycloth.yarn import Yarn
 
 FloatArray = NDArray[np.float64]
+
+_cells = integer(1, 256)
 
 
 def scene_list(scenes: object) -> list[Scene]:
@@ -62,6 +64,21 @@ def start_lenses(lenses: Sequence[Lens] | None, pictures: int) -> list[Lens]:
     return list(lenses)
 
 
+def fixed_pictures(fixed: Sequence[int], pictures: int) -> list[int]:
+    """Return which pictures keep their lens."""
+    if not isinstance(fixed, list | tuple | range):
+        raise TypeError(f"fixed_lenses must be a list of numbers of pictures, not {fixed!r}"[:200])
+    known = integer(0, pictures - 1)
+    return [known(f"fixed_lenses[{i}]", each) for i, each in enumerate(fixed)]
+
+
+def cell_counts(cells: int | Sequence[int], pictures: int) -> list[int]:
+    """Return per picture how many rows and columns of cells it is compared by."""
+    if isinstance(cells, list | tuple):
+        return list(vector(pictures, _cells)("cells", cells))
+    return [_cells("cells", cells)] * pictures
+
+
 def picture_weights(weights: Sequence[float] | None, pictures: int) -> list[float]:
     """Return a weight per picture."""
     if weights is None:
@@ -69,13 +86,18 @@ def picture_weights(weights: Sequence[float] | None, pictures: int) -> list[floa
     return list(vector(pictures, number(POSITIVE))("weights", weights))
 
 
-def picture_targets(scenes: Sequence[Scene], images: object, cells: int) -> list[FloatArray]:
+def picture_targets(
+    scenes: Sequence[Scene], images: object, cells: Sequence[int]
+) -> list[FloatArray]:
     """Return the cell averages of each picture."""
     several = isinstance(images, (list, tuple))
     arrays: list[object] = list(images) if several else [images]  # type: ignore[call-overload]
     if len(arrays) != len(scenes):
         raise ParameterError(f"images must be one per scene: {len(scenes)}, not {len(arrays)}")
-    return [_averages(f"images[{i}]", array, cells) for i, array in enumerate(arrays)]
+    return [
+        _averages(f"images[{i}]", array, count)
+        for i, (array, count) in enumerate(zip(arrays, cells, strict=True))
+    ]
 
 
 def _averages(name: str, image: object, cells: int) -> FloatArray:

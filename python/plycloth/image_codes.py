@@ -77,7 +77,9 @@ def read_codes(data: bytes, path: PathOrStr, suffix: str) -> Codes:
     except UnidentifiedImageError as error:
         # Pillow opens no TIFF of floats in colour.
         if not data.startswith(TIFF_SIGNATURES):
-            raise ImageError(f"{fspath(path)}: not a readable picture: {error}") from error
+            # Pillow's own words hold an address in memory.
+            what = "the file is empty" if not data else "it holds none of a known format"
+            raise ImageError(f"{fspath(path)}: not a readable picture: {what}") from error
         kind, profile, gamma = "TIFF", None, None
     except (OSError, SyntaxError, ValueError) as error:
         raise ImageError(f"{fspath(path)}: not a readable picture: {error}") from error

@@ -1,51 +1,49 @@
-"""From two photographs to a fabric.
+"""From one or two photographs to a fabric.
 
 The optics are fitted; what the photographs leave open (weave, yarns, how cloth and lamps were
-placed on the rig) is searched around it.
+placed on the rig) is searched around it. What they cannot tell at all, how large the cloth really
+is and how bright, is given or assumed, and said.
 """
 
 from __future__ import annotations
 
+import html
+import time
 import warnings
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
-from os import PathLike
 
-import numpy as np
-from numpy.typing import NDArray
-
-from plycloth._check import ParameterError, choice, integer, optional
+from plycloth._check import POSITIVE, choice, integer, number, optional
 from plycloth.fabric import Fabric
 from plycloth.fit_result import FitResult
 from plycloth.image import Image
-from plycloth.image_read import read_photograph
 from plycloth.lens import Lens, matching_blur
-from plycloth.overlap import OverlapWarning
-from plycloth.photo_geometry import YARNS, Geometry, weaves
+from plycloth.photo_exposure import GreyCard
+from plycloth.photo_geometry import COVERS, Geometry
+from plycloth.photo_input import Photograph, read_photographs
 from plycloth.photo_placement import Placement
-from plycloth.photo_search import Candidate, Search, Trial, most_steps
+from plycloth.photo_search import Candidate, Search, Trial, plan
+from plycloth.photo_task import Known, make_task
 from plycloth.progress import Progress, reporting
 from plycloth.render import render
 from plycloth.rig import RIG, PhotoRig
 from plycloth.scene import Scene
-from plycloth.spacing import estimate_spacing
+from plycloth.spacing import ConfidenceWarning
 from plycloth.weave import WeavePattern
 
-FloatArray = NDArray[np.float64]
-Photograph = str | PathLike[str] | Image
-
-# A pitch found with less confidence is not used.
-LEAST_CONFIDENCE = 0.3
-# The pitch in pixels that is taken where none is found.
-USUAL_PITCH = 2.0
 # Samples per pixel of the pictures that the blur is read off.
 BLUR_SPP = 8
 # Samples per pixel of pictures to look at. Lit from behind, single paths differ most: the deviation
 # of a pixel was 2.5 to 3.3 times that lit from the front, on three fitted fabrics.
 PICTURE_SPP = {"front": 32, "back": 64}
+# A quick search ends after so many seconds, unless a time is given.
+QUICK_SECONDS = 26.0
+# One that may take no longer than this is a quick one: a whole one would be stopped at its start.
+WORTHWHILE_SECONDS = 90.0
 
 _side = choice(*PICTURE_SPP)
 _threads = optional(integer(1, 1024))
+_seconds = optional(number(POSITIVE))
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +66,14 @@ class PhotoFit:
     lenses
         By side, exposure, falloff and blur; of a side that was not fitted: as of the other.
     rig
-        How the photographs were taken.
+        How the photographs were taken, in the cloth's real size.
+    assumptions
+        What the photographs do not tell and was given or assumed, a sentence each.
+    doubts
+        What may well be wrong, a sentence each; these were warnings, too.
+    stopped
+        "out of time" or "interrupted" if this is the best that there was until then; None: the
+        search came to its end.
     """
 
     geometry: Geometry
@@ -78,6 +83,9 @@ class PhotoFit:
     size: tuple[int, int]
     lenses: dict[str, Lens]
     rig: PhotoRig = RIG
+    assumptions: Sequence[str] = ()
+    doubts: Sequence[str] = ()
+    stopped: str | None = None
 
     @property
     def fabric(self) -> Fabric:
@@ -101,27 +109,38 @@ class PhotoFit:
 
         `spp` None: 32 samples per pixel for the "front", 64 for the "back", which is noisier.
         """
-        with warnings.catch_warnings():
-            # What fits the photographs best is what was asked for.
-            warnings.simplefilter("ignore", OverlapWarning)
-            image = render(
-                self.scene(side),
-                spp=PICTURE_SPP[side] if spp is None else spp,
-                seed=seed,
-                both_sides=True,
-                threads=threads,
-                progress=progress,
-            )
+        image = render(
+            self.scene(side),
+            spp=PICTURE_SPP[side] if spp is None else spp,
+            seed=seed,
+            both_sides=True,
+            threads=threads,
+            progress=progress,
+        )
         return self.lenses[side].develop(image)
 
     def pictures(self, **options: object) -> dict[str, Image]:
         """Render both sides; `options` are those of `picture`."""
         return {side: self.picture(side, **options) for side in self.placements}  # type: ignore[arg-type]
 
+    @property
+    def notes(self) -> list[str]:
+        """What to know about the result before it is used: how it ended, doubts, assumptions."""
+        stopped = [f"The search was stopped ({self.stopped}): this is the best that it had found."]
+        return [
+            *(stopped if self.stopped is not None else []),
+            *(f"Warning: {doubt}." for doubt in self.doubts),
+            *self.assumptions,
+        ]
+
     def summary(self) -> dict[str, object]:
         """Return all that was found, as plain values for JSON."""
         return {
             "geometry": str(self.geometry),
+            "assumptions": list(self.assumptions),
+            "doubts": list(self.doubts),
+            "stopped": self.stopped,
+            "width_mm": self.rig.picture_width,
             "placements": {side: asdict(p) for side, p in self.placements.items()},
             "errors": self.result.errors,
             "lenses": {side: asdict(lens) for side, lens in self.lenses.items()},
@@ -133,44 +152,73 @@ class PhotoFit:
         }
 
     def __repr__(self) -> str:
-        return f"<PhotoFit: {self.geometry}; {self.result!r}>"
+        stopped = "" if self.stopped is None else f"; stopped ({self.stopped})"
+        return f"<PhotoFit: {self.geometry}{stopped}; {self.result!r}>"
 
     def _repr_html_(self) -> str:
-        return f"<p>{self.geometry}</p>{self.result._repr_html_()}"
+        notes = "".join(f"<li>{html.escape(note)}</li>" for note in self.notes)
+        return (
+            f"<p>{html.escape(str(self.geometry))}</p><ul>{notes}</ul>{self.result._repr_html_()}"
+        )
 
 
 def fit_photographs(
     front: Photograph | None,
-    back: Photograph | None,
+    back: Photograph | None = None,
     *,
+    width_mm: float | None = None,
+    exposure: float | GreyCard | None = None,
     pattern: WeavePattern | None = None,
+    covers: tuple[float, float] = COVERS,
     geometries: Sequence[Geometry] | None = None,
     rig: PhotoRig = RIG,
     tie: bool = False,
+    quick: bool = False,
+    seconds: float | None = None,
     seed: int = 0,
     threads: int | None = None,
     progress: Progress = None,
 ) -> PhotoFit:
     """Find a fabric that looks like photographs taken on a rig.
 
-    The optical parameters, one exposure and each picture's falloff are fitted by `fit`. What else
-    the photographs leave open is searched: first geometries by short fits, then, for the best, how
-    wide the yarns are and how cloth and lamps were placed, in turns with longer fits. At last the
-    lens's blur is read off the photographs' grain. It takes about three minutes on two cores.
+    The optical parameters and each picture's falloff are fitted by `fit`. What else the photographs
+    leave open is searched: first geometries by short fits, then, for the best, how wide the yarns
+    are and how cloth and lamps were placed, in turns with longer fits. At last the lens's blur is
+    read off the photographs' grain. It takes about three minutes on two cores.
+
+    Photographs do not tell how large the cloth is, nor how bright: `width_mm` and `exposure` do. If
+    they are left out, the result's `assumptions` say what was taken. Ctrl-C ends the search with
+    the best so far (`stopped`).
 
     Parameters
     ----------
     front, back
         Photographs lit from the front and from behind: files (display values, decoded by the rig's
         gamma unless they hold linear light, as EXR does) or Images. One of them may be None.
+    width_mm
+        Real width of the piece of cloth that the pictures show, in millimetres; the rig is enlarged
+        to it. None: as the rig or the `geometries` have it, if one of them is given; else that with
+        which cloth has the usual 35 threads per centimetre.
+    exposure
+        Factor between the rig's light and that of the photographs, greater than 0, or what a card
+        of known reflectance shows. None: the exposure with which `overview` shows the cloth in the
+        mean colours of the photograph (that lit from the front, if there is one).
     pattern
         The weave, if it is known; None: what the spectrum of the photograph suggests is tried.
+    covers
+        Narrowest and widest yarns that are tried, over their spacing, within [0.01, 1.5].
     geometries
-        Geometries to try; None: those that pattern and spectrum suggest.
+        Geometries to try, with spacings in the rig's millimetres; None: those that pattern and
+        spectrum suggest.
     rig
         How the photographs were taken; by default on the rig of Tang et al. 2024.
     tie
         Whether warp and weft share their optical parameters.
+    quick
+        Whether a first look is enough: fewer geometries, shorter fits, at most half a minute.
+    seconds
+        The search stops after so many seconds; the result's blur takes a few more. With less than
+        90 it is a quick one. At least one fit is made.
     seed
         Fits with different seeds draw different paths.
     threads
@@ -181,57 +229,42 @@ def fit_photographs(
     Raises
     ------
     ParameterError
-        If there is no photograph, or they differ in size, or one is black.
+        If there is no photograph, they differ in size, one is white, black or of one colour all
+        over, or a number lies outside its range.
+
+    Warns
+    -----
+    ConfidenceWarning
+        If the spectrum hardly tells spacings and weave.
     """
-    images = {
-        side: _linear(photograph, rig.gamma)
-        for side, photograph in (("front", front), ("back", back))
-        if photograph is not None
-    }
-    if not images:
-        raise ParameterError("front and back must not both be None")
-    threads = _threads("threads", threads)
-    if len({image.shape for image in images.values()}) > 1:
-        raise ParameterError("front and back must have the same size")
-    if geometries is None:
-        geometries = guess_geometries(images, pattern, rig)
-    tried = list(geometries)
-    if not tried or not all(isinstance(each, Geometry) for each in tried):
-        raise TypeError("geometries must be a list of at least one Geometry")
-    with reporting(progress, most_steps(len(tried)), description="fit") as report:
-        search = Search(images, rig, tie, seed, threads, report or (lambda _: None))
-        best = search.run(tried)
-    return _photo_fit(best, search, images, rig)
-
-
-def guess_geometries(
-    images: dict[str, FloatArray], pattern: WeavePattern | None = None, rig: PhotoRig = RIG
-) -> list[Geometry]:
-    """List geometries that the spectrum of the (first) photograph suggests."""
-    image = next(iter(images.values()))
-    found = estimate_spacing(Image(image.astype(np.float32)))
-    scale = rig.picture_width / image.shape[1]
-    pitches = [
-        (px if px is not None and confidence >= LEAST_CONFIDENCE else USUAL_PITCH) * scale
-        for px, confidence in (
-            (found.warp_px, found.warp_confidence),
-            (found.weft_px, found.weft_confidence),
+    started = time.monotonic()
+    threads, seconds = _threads("threads", threads), _seconds("seconds", seconds)
+    known = Known(width_mm, exposure, pattern, covers, geometries, rig)
+    task = make_task(read_photographs({"front": front, "back": back}, rig.gamma), known)
+    for doubt in task.doubts:
+        warnings.warn(doubt, ConfidenceWarning, stacklevel=2)
+    quick = quick or (seconds is not None and seconds < WORTHWHILE_SECONDS)
+    seconds = QUICK_SECONDS if quick and seconds is None else seconds
+    effort = plan(quick=quick)
+    total = effort.most_steps(len(task.geometries))
+    with reporting(progress, total, description="fit") as report:
+        search = Search(
+            task,
+            effort,
+            tie=tie,
+            seed=seed,
+            threads=threads,
+            report=report or (lambda _: None),
+            deadline=None if seconds is None else started + seconds,
         )
-    ]
-    sure = min(found.warp_confidence, found.weft_confidence) >= LEAST_CONFIDENCE
-    likely = weaves(found.repeat if sure else None)
-    return [
-        Geometry(name, weave, warp, weft, *pitches)
-        for name, weave in ([("given weave", pattern)] if pattern is not None else likely)
-        for warp, weft in YARNS
-    ]
+        best = search.run()
+    return _photo_fit(best, search)
 
 
-def _photo_fit(
-    best: Trial, search: Search, images: dict[str, FloatArray], rig: PhotoRig
-) -> PhotoFit:
-    height, width = next(iter(images.values())).shape[:2]
-    lenses = dict(zip(images, best.result.lenses, strict=True))
+def _photo_fit(best: Trial, search: Search) -> PhotoFit:
+    task = search.task
+    height, width = next(iter(task.images.values())).shape[:2]
+    lenses = dict(zip(task.images, best.result.lenses, strict=True))
     sharp = PhotoFit(
         geometry=best.geometry,
         placements={"front": Placement(), "back": Placement(), **best.placements},
@@ -239,18 +272,15 @@ def _photo_fit(
         candidates=search.candidates(),
         size=(width, height),
         lenses=dict.fromkeys(("front", "back"), best.result.lenses[0]) | lenses,
-        rig=rig,
+        rig=task.rig,
+        assumptions=task.assumptions,
+        doubts=task.doubts,
+        stopped=search.stopped,
     )
     rendered = [
-        sharp.picture(side, spp=BLUR_SPP, threads=search.threads, progress=False) for side in images
+        sharp.picture(side, spp=BLUR_SPP, threads=search.threads, progress=False)
+        for side in task.images
     ]
-    blur = matching_blur(rendered, list(images.values()))
+    blur = matching_blur(rendered, list(task.images.values()))
     lenses = {side: replace(lens, blur=blur) for side, lens in sharp.lenses.items()}
     return replace(sharp, lenses=lenses)
-
-
-def _linear(photograph: Photograph, gamma: float) -> FloatArray:
-    image = photograph
-    if not isinstance(image, Image):
-        image = read_photograph(image, gamma)
-    return image.pixels.astype(np.float64)

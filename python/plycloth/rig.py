@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Annotated, Self
 
 from plycloth._check import (
     COORDINATE,
@@ -33,6 +33,7 @@ LAMPS = ("front", "back")
 
 _lamp = choice(*LAMPS)
 _rotation = number(FINITE)
+_width = number(POSITIVE)
 _offset = vector(3, number(COORDINATE))
 
 # What the swatch shows by itself reaches a little beyond the picture.
@@ -103,6 +104,22 @@ class PhotoRig(Saved):
     def lamp(self, name: str) -> Vector:
         """Return the position of the lamp "front" or "back"."""
         return self.front_lamp if _lamp("lamp", name) == "front" else self.back_lamp
+
+    def irradiance(self, name: str) -> float:
+        """Return the irradiance of the cloth's middle by the lamp "front" or "back"."""
+        position = self.lamp(name)
+        return self.intensity * abs(position[2]) / math.hypot(*position) ** 3
+
+    def scaled(self, picture_width: float) -> Self:
+        """Return the rig enlarged until a picture shows so many millimetres of cloth, as bright."""
+        scale = _width("picture_width", picture_width) / self.picture_width
+        return replace(
+            self,
+            camera_height=scale * self.camera_height,
+            front_lamp=tuple(scale * each for each in self.front_lamp),
+            back_lamp=tuple(scale * each for each in self.back_lamp),
+            intensity=scale**2 * self.intensity,
+        )
 
 
 RIG = PhotoRig()

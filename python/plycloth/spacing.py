@@ -20,6 +20,12 @@ if TYPE_CHECKING:
 SMALLEST_SIDE = 64
 # In steps of the spectrum: peaks of cloth are wider than one, as its threads are not all parallel.
 TOLERANCE_STEPS = 2.0
+# What is found with less confidence is as likely to be wrong.
+LEAST_CONFIDENCE = 0.3
+
+
+class ConfidenceWarning(UserWarning):
+    """What was read off a photograph may well be wrong."""
 
 
 @dataclass(frozen=True)
@@ -59,6 +65,22 @@ class Spacing:
     peaks: tuple[Peak, ...]
     on_lattice: tuple[bool, ...]
     spectrum: FloatArray = field(repr=False, compare=False)
+
+    @property
+    def confidence(self) -> float:
+        """That of warp or weft, whichever is less."""
+        return min(self.warp_confidence, self.weft_confidence)
+
+    @property
+    def doubt(self) -> str | None:
+        """Why spacings and weave should not be relied on; None if they may be."""
+        if self.confidence >= LEAST_CONFIDENCE:
+            return None
+        return (
+            f"threads are hardly told by this photograph ({self._summary()}): spacings and weave"
+            f" are guesses where the confidence is less than {LEAST_CONFIDENCE:.0%}; a sharper"
+            " picture with the yarns upright and level helps, or the weave's draft"
+        )
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """Draw the spectrum, its peaks (filled if explained) and the yarns' own frequencies.
@@ -105,7 +127,8 @@ class Spacing:
         assert figure is not None
         figure.savefig(data, format="png", dpi=80)
         encoded = base64.b64encode(data.getvalue()).decode("ascii")
-        return f'<img alt="{self._summary()}" src="data:image/png;base64,{encoded}">'
+        doubt = "" if self.doubt is None else f"<p>Warning: {self.doubt}.</p>"
+        return f'{doubt}<img alt="{self._summary()}" src="data:image/png;base64,{encoded}">'
 
 
 def estimate_spacing(image: Image | npt.ArrayLike) -> Spacing:

@@ -125,11 +125,18 @@ class LensUnknown:
         return float(getattr(lenses[self.pictures[0]], self.parameter.name))
 
 
-def lens_unknowns(exposure: bool, falloff: str | None, pictures: int) -> list[LensUnknown]:
+def lens_unknowns(
+    exposure: bool,
+    falloff: str | None,
+    pictures: Sequence[int],
+    exposure_bounds: tuple[float, float] | None = None,
+) -> list[LensUnknown]:
     """List the camera's unknowns: one exposure, and a falloff that pictures share or not."""
-    every = tuple(range(pictures))
-    found = [LensUnknown(EXPOSURE, every, of_all=True)] if exposure else []
-    if falloff == "shared":
+    every = tuple(pictures)
+    low, high = exposure_bounds or (EXPOSURE.low, EXPOSURE.high)
+    bounded = replace(EXPOSURE, low=low, high=high)
+    found = [LensUnknown(bounded, every, of_all=True)] if exposure and every else []
+    if falloff == "shared" and every:
         found.append(LensUnknown(FALLOFF, every, of_all=True))
     elif falloff == "each":
         found += [LensUnknown(FALLOFF, (picture,), of_all=False) for picture in every]
@@ -170,8 +177,6 @@ def unknowns(
     ParameterError
         If a name is unknown, twice there, a yarn's own though tied, or a range is empty.
     """
-    if not isinstance(bounds, Mapping):
-        raise TypeError(f"bounds must be a dict of names and ranges, not {bounds!r}")
     limits = {name: _limits(name, bounds[name]) for name in bounds}
     wanted = list(NAMES) if free is None else name_list("free", free)
     found: list[Unknown] = []
@@ -186,6 +191,23 @@ def unknowns(
     if len(set(places)) < len(places):
         raise ParameterError(f"free names a parameter twice: {', '.join(wanted)}")
     return sorted(found, key=lambda u: (u.sets, u.column))
+
+
+def split_bounds(
+    bounds: Mapping[str, tuple[float, float]],
+) -> tuple[dict[str, tuple[float, float]], tuple[float, float] | None]:
+    """Part the ranges of optical parameters from that of the exposure, if it is among them."""
+    if not isinstance(bounds, Mapping):
+        raise TypeError(f"bounds must be a dict of names and ranges, not {bounds!r}")
+    optical = {name: limits for name, limits in bounds.items() if name != EXPOSURE.name}
+    if EXPOSURE.name not in bounds:
+        return optical, None
+    low, high = _range("bounds of exposure", bounds[EXPOSURE.name])
+    if not 0.0 < low < high:
+        raise ParameterError(
+            f"bounds of exposure must be (low, high) with 0 < low < high, not ({low}, {high})"
+        )
+    return optical, (low, high)
 
 
 def name_list(argument: str, names: object) -> list[str]:

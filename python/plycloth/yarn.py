@@ -114,6 +114,9 @@ class RoundYarn(Description):
         which it is a stretched copy.
         """
         if self.ply_radius_mm is None:
+            # Stretched by a ratio, the only ply could round to more than the yarn.
+            if self.plies == 1:
+                return self.radius_mm
             round_radius = 0.5 * self.thickness
             touching = _touching_ply_radius(round_radius, self.plies, abs(self.pitch))
             return self.radius_mm / round_radius * touching

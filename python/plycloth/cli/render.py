@@ -1,0 +1,139 @@
+"""`plycloth render`: a picture of the cloth that a draft, a fabric or a scene describes."""
+
+import argparse
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from plycloth._json import load
+from plycloth.cli.options import (
+    add_common,
+    add_dpi,
+    add_light,
+    add_output,
+    check_output,
+    ground,
+    light,
+    progress,
+    say,
+)
+from plycloth.draft import Draft
+from plycloth.fabric import Fabric, draft_yarns
+from plycloth.gradual import render_to
+from plycloth.image import Image
+from plycloth.image_write import checked_dpi
+from plycloth.overview import overview
+from plycloth.presets import preset, presets
+from plycloth.render import Renderer
+from plycloth.scene import Scene
+from plycloth.wif import read_wif
+from plycloth.yarn_set import Yarns
+
+CLOTH_SIDES = ("face", "back")
+
+
+def add_render(commands: Any) -> None:
+    """Add the command to those of the program."""
+    command = commands.add_parser(
+        "render",
+        help="a picture of the cloth that a draft describes",
+        description="Render the cloth that a draft describes, whole and in its colours, seen from"
+        " straight above. A fabric or a scene that plycloth saved (.json) is rendered as well.",
+    )
+    command.set_defaults(run=_render)
+    add = command.add_argument
+    add("draft", metavar="DRAFT.wif", type=Path, help="a draft, or a .json that plycloth saved")
+    add_output(command)
+    add("--spp", type=int, default=32, help="samples per pixel (default: %(default)s)")
+    add(
+        "--width",
+        type=int,
+        metavar="PIXELS",
+        help="width of the picture (default: 16 pixels per yarn, 512 to 1024 on the longer side)",
+    )
+    add(
+        "--size-mm",
+        type=float,
+        nargs=2,
+        metavar=("WIDTH", "HEIGHT"),
+        help="render a piece of this size, the draft repeated (default: the draft once)",
+    )
+    add(
+        "--untrimmed",
+        action="store_true",
+        help="keep threads at the draft's margins that interlace with nothing",
+    )
+    add(
+        "--yarn",
+        metavar="NAME",
+        help="give all yarns the plies and twist of a measured yarn, scaled to the draft's"
+        f" thickness: {', '.join(presets())} (default: three plies)",
+    )
+    add(
+        "--fit-yarns",
+        action="store_true",
+        help="press and narrow yarns that pass through each other; those of a draft always are",
+    )
+    add("--side", choices=CLOTH_SIDES, default="face", help="of the cloth (default: %(default)s)")
+    add_light(command)
+    add_dpi(command)
+    add_common(command)
+
+
+def _render(options: argparse.Namespace) -> None:
+    check_output(options.output)
+    checked_dpi("--dpi", options.dpi)
+    scene, shown = _scene(options)
+    renderer = Renderer(scene, seed=options.seed, threads=options.threads)
+    save = partial(Image.save, dpi=options.dpi)
+    image = render_to(options.output, renderer, options.spp, save, progress=progress(options))
+    say(options, f"{options.output}: {image.width} x {image.height} pixels of {shown}")
+
+
+def _scene(options: argparse.Namespace) -> tuple[Scene, str]:
+    """Return the scene to render, and what it shows in words."""
+    if options.draft.suffix.lower() == ".json":
+        if options.yarn is not None:
+            raise ValueError("--yarn: is for a draft; a saved fabric has its own yarns")
+        if options.untrimmed:
+            raise ValueError("--untrimmed: is for a draft; a saved fabric has all its yarns")
+        saved = load(options.draft)
+        if isinstance(saved, Scene):
+            if options.fit_yarns:
+                raise ValueError("--fit-yarns: is for a draft or a fabric, not for a saved scene")
+            if options.side != "face":
+                raise ValueError("--side: is for a draft or a fabric, not for a saved scene")
+            return replace(saved, **ground("background", options)), f"the scene {options.draft}"
+        if not isinstance(saved, Fabric):
+            kind = type(saved).__name__
+            raise ValueError(f"{options.draft}: holds a {kind}, but must hold a Fabric or a Scene")
+        fabric = saved.fitted(progress=progress(options)) if options.fit_yarns else saved
+        shown = f"the fabric {options.draft}"
+    else:
+        draft = read_wif(options.draft, trim=not options.untrimmed)
+        shown = repr(draft)
+        if options.yarn is None:
+            fabric = Fabric.from_draft(draft, progress=progress(options))
+        else:
+            yarns = _scaled_preset(options.yarn, draft)
+            fabric = Fabric.from_draft(draft, *yarns).fitted(progress=progress(options))
+    if options.side == "back":
+        fabric, shown = fabric.turned_over(), f"the back of {shown}"
+    scene = overview(
+        fabric,
+        light(options),
+        size_mm=options.size_mm,
+        width=options.width,
+        **ground("ground", options),
+    )
+    return scene, shown
+
+
+def _scaled_preset(name: str, draft: Draft) -> tuple[Yarns, Yarns]:
+    """Return a measured yarn, enlarged to the thickness of each of the draft's threads."""
+    measured = preset(name)
+    return (
+        draft_yarns(draft.warp_thickness, draft.warp_spacing, measured),
+        draft_yarns(draft.weft_thickness, draft.weft_spacing, measured),
+    )
