@@ -17,7 +17,7 @@ from typing import Any, TypeVar, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from plycloth._check import nearest
+from plycloth._check import hint
 from plycloth._value import Description
 from plycloth.bsdf import Bsdf
 from plycloth.camera import Camera
@@ -242,15 +242,14 @@ class _Reader:
         if not isinstance(name, str):
             raise self._error(where, f"needs a key 'type', one of {', '.join(_KINDS)}")
         if name not in _KINDS:
-            near = nearest(name, _KINDS)
-            raise self._error(_join(where, "type"), f"{name!r} is unknown; the nearest is {near!r}")
+            problem = f"{name!r} is unknown; {hint(name, _KINDS)}"
+            raise self._error(_join(where, "type"), problem)
         return _KINDS[name]
 
     def _check_keys(self, node: dict[str, Any], keys: list[str], kind: str, where: str) -> None:
         for key in node:
             if key not in keys:
-                near = nearest(key, keys)
-                raise self._error(where, f"{kind} has no key {key!r}; the nearest is {near!r}")
+                raise self._error(where, f"{kind} has no key {key!r}; {hint(key, keys)}")
         for key in keys:
             if key not in node and (kind, key) not in _ADDED:
                 raise self._error(where, f"{kind} lacks the key {key!r}")
