@@ -38,8 +38,6 @@ pub struct Materials {
 pub struct Scene {
     /// The cloth.
     pub swatch: Swatch,
-    /// The shape of ends and picks.
-    pub shapes: [YarnShape; 2],
     /// How its yarns scatter.
     pub materials: Materials,
     /// Who looks.
@@ -182,7 +180,7 @@ impl Scene {
     #[inline]
     pub fn exit(&self, interaction: &Interaction, refracted: DVec3) -> (Inside, Exit) {
         let Interaction { point, frame, place, sides, .. } = interaction;
-        match self.shapes[place.set as usize] {
+        match *self.swatch.shape(place) {
             YarnShape::Flat { thickness, .. } => {
                 let inside = Inside { incident: -refracted, length: thickness / -refracted.z };
                 // A ribbon lies inside the same plies with both of its faces.
