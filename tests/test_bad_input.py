@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 
 import numpy as np
 import plycloth as pc
@@ -15,6 +16,9 @@ FABRIC = plain_fabric()
 SWATCH = pc.Swatch(FABRIC)
 CAMERA = pc.PerspectiveCamera((0, 0, 8), (0, 0, 0))
 LIGHT = pc.ConstantLight(1)
+
+
+LONG = 500 * "x"
 
 
 def bsdf(**given):
@@ -258,3 +262,37 @@ def test_no_file(tmp_path):
 def test_a_draft_too_thick_for_its_spacing():
     with pytest.raises(pc.ParameterError, match=r"Fabric\.warp .* at most 2 spacings"):
         plain_fabric(warp=pc.RoundYarn(1.0, BSDF))
+
+
+QUOTING = [
+    lambda path: pc.preset(LONG),
+    lambda path: pc.PlyBsdf(eta=LONG),
+    lambda path: pc.RoundYarn(0.1, BSDF, plies=10**400),
+    lambda path: pc.overview(FABRIC, LONG),
+    lambda path: pc.WeavePattern.from_rows(["#.", LONG]),
+    lambda path: pc.WeavePattern.twill(LONG, 1),
+    lambda path: pc.datasets.path(LONG),
+    lambda path: pc.Draft.from_pattern(PLAIN).recolored({1: LONG}),
+    lambda path: pc.render(None, progress=LONG),
+    lambda path: pc.fit([LONG], []),
+    lambda path: load_text(path, f'{{"plycloth": "{LONG}"}}'),
+    lambda path: load_text(path, f'{{"plycloth": 1, "type": "{LONG}"}}'),
+    lambda path: load_text(path, f'{{"plycloth": 1, "type": "PlyBsdf", "{LONG}": 1}}'),
+    lambda path: load_text(
+        path, f'{{"plycloth": 1, "type": "WeavePattern", "rows": ["#.", "{LONG}"]}}'
+    ),
+]
+
+
+def load_text(folder, text):
+    file = folder / "value.json"
+    file.write_text(text)
+    return pc.load(file)
+
+
+@pytest.mark.parametrize("call", QUOTING)
+def test_messages_quote_a_part_of_what_is_long(call, tmp_path):
+    with pytest.raises((ValueError, TypeError, OSError)) as caught:
+        call(tmp_path)
+    message = str(caught.value).replace(str(tmp_path), "")
+    assert max(map(len, re.findall("x{3,}|0{3,}", message)), default=0) <= 80, message

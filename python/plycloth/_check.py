@@ -120,7 +120,7 @@ def integer(low: int, high: int) -> Check:
             raise TypeError(f"{name} must be an integer, not {_describe(value)}")
         stored = int(value)
         if not low <= stored <= high:
-            raise ParameterError(f"{name} must be in [{low}, {high}], not {stored}")
+            raise ParameterError(f"{name} must be in [{low}, {high}], not {quoted(stored)}")
         return stored
 
     return check

@@ -17,7 +17,7 @@ from typing import Any, TypeVar, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from plycloth._check import hint
+from plycloth._check import hint, quoted
 from plycloth._value import Description
 from plycloth.bsdf import Bsdf
 from plycloth.camera import Camera
@@ -199,7 +199,7 @@ class _Reader:
         if not isinstance(document, dict) or "plycloth" not in document:
             raise self._error("", "is not a plycloth file: it has no key 'plycloth'")
         if (version := document.pop("plycloth")) != FORMAT:
-            raise self._error("plycloth", f"must be the format {FORMAT}, not {version!r}")
+            raise self._error("plycloth", f"must be the format {FORMAT}, not {quoted(version)}")
         return self._object(document, "")
 
     def _decode(self, node: Any, where: str) -> Any:
@@ -233,7 +233,7 @@ class _Reader:
         kinds = self._decode(yarns, _join(where, "yarns"))
         for i, number in enumerate(order):
             if type(number) is not int or not 0 <= number < len(kinds):
-                problem = f"must be a whole number from 0 to {len(kinds) - 1}, not {number!r}"
+                problem = f"must be a whole number from 0 to {len(kinds) - 1}, not {quoted(number)}"
                 raise self._error(_join(where, f"order[{i}]"), problem)
         return [kinds[number] for number in order]
 
@@ -242,14 +242,14 @@ class _Reader:
         if not isinstance(name, str):
             raise self._error(where, f"needs a key 'type', one of {', '.join(_KINDS)}")
         if name not in _KINDS:
-            problem = f"{name!r} is unknown; {hint(name, _KINDS)}"
+            problem = f"{quoted(name)} is unknown; {hint(name, _KINDS)}"
             raise self._error(_join(where, "type"), problem)
         return _KINDS[name]
 
     def _check_keys(self, node: dict[str, Any], keys: list[str], kind: str, where: str) -> None:
         for key in node:
             if key not in keys:
-                raise self._error(where, f"{kind} has no key {key!r}; {hint(key, keys)}")
+                raise self._error(where, f"{kind} has no key {quoted(key)}; {hint(key, keys)}")
         for key in keys:
             if key not in node and (kind, key) not in _ADDED:
                 raise self._error(where, f"{kind} lacks the key {key!r}")
@@ -267,7 +267,9 @@ class _Reader:
         self._check_keys(content["image"], ["file"], "an image", image)
         file = content["image"]["file"]
         if not isinstance(file, str):
-            raise self._error(_join(image, "file"), f"must be the name of a file, not {file!r}")
+            raise self._error(
+                _join(image, "file"), f"must be the name of a file, not {quoted(file)}"
+            )
         try:
             return EnvironmentLight.load(
                 self.path.parent / file, scale=content["scale"], rotation=content["rotation"]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from plycloth._check import NumberOrNumbers, ParameterError, instance
+from plycloth._check import NumberOrNumbers, ParameterError, instance, quoted
 from plycloth._json import load_as
 from plycloth.beside import checked_height, side_by_side
 from plycloth.draft import DEFAULT_THICKNESS_RATIO
@@ -102,7 +102,7 @@ def compare(
     TypeError
         If a subject is neither a fabric nor a picture, or a value is not of the kind named.
     """
-    cloths = [_subject(f"the subject {label!r}", each) for label, each in subjects]
+    cloths = [_subject(f"the subject {quoted(label)}", each) for label, each in subjects]
     fabrics = [cloth for cloth in cloths if isinstance(cloth, Fabric)]
     size = _common_size_mm(fabrics) if fabrics and size_mm is None else size_mm
 

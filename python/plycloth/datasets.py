@@ -22,7 +22,7 @@ with warnings.catch_warnings():
     warnings.simplefilter("ignore", TqdmWarning)
     import pooch
 
-from plycloth._check import hint
+from plycloth._check import hint, quoted
 
 FOLDER_VARIABLE = "PLYCLOTH_DATA"
 
@@ -195,7 +195,7 @@ def _own_folder() -> Path | None:
         return None
     folder = Path(named)
     if not folder.is_dir():
-        raise DatasetError(f"{FOLDER_VARIABLE}: names {named!r}, which is not a folder")
+        raise DatasetError(f"{FOLDER_VARIABLE}: names {quoted(named)}, which is not a folder")
     return folder
 
 
@@ -240,4 +240,4 @@ def _url(source: dict[str, str], file: str) -> str | None:
 
 
 def _unknown(what: str, name: str, known: Iterable[str]) -> ValueError:
-    return ValueError(f"{what}: {name!r} is unknown; {hint(name, sorted(known))}")
+    return ValueError(f"{what}: {quoted(name)} is unknown; {hint(name, sorted(known))}")

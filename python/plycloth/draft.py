@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from plycloth._check import ParameterError, integer
+from plycloth._check import ParameterError, integer, quoted
 from plycloth.drawdown import drawdown_png
 from plycloth.weave import WeavePattern
 
@@ -271,7 +271,7 @@ def _code(color: FloatArray) -> str:
 
 def _parsed(code: str) -> FloatArray:
     if not re.fullmatch(r"#[0-9a-fA-F]{6}", code):
-        raise ParameterError(f"a colour must be # and six hexadecimal digits, not {code!r}")
+        raise ParameterError(f"a colour must be # and six hexadecimal digits, not {quoted(code)}")
     return np.frombuffer(bytes.fromhex(code[1:]), np.uint8) / 255
 
 

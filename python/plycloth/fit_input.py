@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from plycloth._check import POSITIVE, ParameterError, integer, number, vector
+from plycloth._check import POSITIVE, ParameterError, integer, number, quoted, vector
 from plycloth.bsdf import Bsdf, PlyBsdf
 from plycloth.cells import cell_averages
 from plycloth.lens import Lens
@@ -21,7 +21,7 @@ def scene_list(scenes: object) -> list[Scene]:
     """Return the scenes, one or several."""
     several = [scenes] if isinstance(scenes, Scene) else scenes
     if not isinstance(several, list | tuple) or not all(isinstance(s, Scene) for s in several):
-        raise TypeError(f"scenes must be a Scene or a list of them, not {scenes!r}"[:200])
+        raise TypeError(f"scenes must be a Scene or a list of them, not {quoted(scenes)}")
     return list(several)
 
 
@@ -58,7 +58,7 @@ def start_lenses(lenses: Sequence[Lens] | None, pictures: int) -> list[Lens]:
     if lenses is None:
         return [Lens()] * pictures
     if not isinstance(lenses, list | tuple) or not all(isinstance(each, Lens) for each in lenses):
-        raise TypeError(f"lenses must be a list of Lens, not {lenses!r}"[:200])
+        raise TypeError(f"lenses must be a list of Lens, not {quoted(lenses)}")
     if len(lenses) != pictures:
         raise ParameterError(f"lenses must be one per scene: {pictures}, not {len(lenses)}")
     return list(lenses)
@@ -67,7 +67,7 @@ def start_lenses(lenses: Sequence[Lens] | None, pictures: int) -> list[Lens]:
 def fixed_pictures(fixed: Sequence[int], pictures: int) -> list[int]:
     """Return which pictures keep their lens."""
     if not isinstance(fixed, list | tuple | range):
-        raise TypeError(f"fixed_lenses must be a list of numbers of pictures, not {fixed!r}"[:200])
+        raise TypeError(f"fixed_lenses must be a list of numbers of pictures, not {quoted(fixed)}")
     known = integer(0, pictures - 1)
     return [known(f"fixed_lenses[{i}]", each) for i, each in enumerate(fixed)]
 

@@ -3,6 +3,8 @@
 from os import PathLike, fspath
 from pathlib import Path
 
+from plycloth._check import quoted
+
 PathOrStr = str | PathLike[str]
 
 HEIC = (".heic", ".heif")
@@ -24,5 +26,5 @@ def checked_suffix(path: PathOrStr, valid: tuple[str, ...]) -> str:
     if suffix in valid:
         return suffix
     raise ImageError(
-        f"{fspath(path)}: has the suffix {suffix!r}, but must be one of {', '.join(valid)}"
+        f"{fspath(path)}: has the suffix {quoted(suffix)}, but must be one of {', '.join(valid)}"
     )

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from plycloth import _plycloth
+from plycloth._check import quoted
 from plycloth._color import decode
 from plycloth.image import Image
 from plycloth.image_codes import Codes, read_codes
@@ -86,7 +87,7 @@ def _exr(data: bytes, path: PathOrStr, layer: str | None) -> npt.NDArray[np.floa
     pixels, chosen, others = _plycloth.decode_exr(data, layer)
     if others:
         message = (
-            f"{fspath(path)}: the layer {chosen!r} is read; layer= names another:"
+            f"{fspath(path)}: the layer {quoted(chosen)} is read; layer= names another:"
             f" {', '.join(map(repr, others))}"
         )
         warnings.warn(ImageWarning(message), stacklevel=4)

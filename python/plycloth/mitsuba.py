@@ -10,7 +10,7 @@ from typing import Any, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from plycloth._check import ParameterError, instance
+from plycloth._check import ParameterError, instance, quoted
 from plycloth.bsdf import DiffuseBsdf
 from plycloth.camera import Camera, PerspectiveCamera
 from plycloth.curves import ply_curves
@@ -154,7 +154,7 @@ def parallelogram(center: Any, edge_u: Any, edge_v: Any) -> Plugin:
 
 def _curves(field: str, yarn: Yarn, path: Path, swatch: Swatch, name: str, kind: int) -> Plugin:
     if not isinstance(yarn, RoundYarn) or not isinstance(yarn.bsdf, DiffuseBsdf):
-        raise ParameterError(f"{field} must be a RoundYarn with a DiffuseBsdf, not {yarn!r}")
+        raise ParameterError(f"{field} must be a RoundYarn with a DiffuseBsdf, not {quoted(yarn)}")
     if yarn.thickness < 2.0 * yarn.radius_mm:
         raise ParameterError(
             f"{field}.thickness_mm must be None: a curve there is round, not pressed"

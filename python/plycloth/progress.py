@@ -8,6 +8,8 @@ from typing import Any
 
 from tqdm import TqdmWarning
 
+from plycloth._check import quoted
+
 with warnings.catch_warnings():
     # A notebook without ipywidgets gets a bar of text, which is no reason to warn.
     warnings.simplefilter("ignore", TqdmWarning)
@@ -67,7 +69,8 @@ def reporting(
             yield report
     else:
         raise TypeError(
-            f"progress: is {progress!r}, but must be None, True, False or a callable(done, total)"
+            f"progress: is {quoted(progress)}, but must be None, True, False or a"
+            " callable(done, total)"
         )
 
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from plycloth._check import FINITE, ParameterError, known_name, number, vector
+from plycloth._check import FINITE, ParameterError, known_name, number, quoted, vector
 from plycloth.bsdf import PlyBsdf
 from plycloth.lens import Lens
 
@@ -198,7 +198,7 @@ def split_bounds(
 ) -> tuple[dict[str, tuple[float, float]], tuple[float, float] | None]:
     """Part the ranges of optical parameters from that of the exposure, if it is among them."""
     if not isinstance(bounds, Mapping):
-        raise TypeError(f"bounds must be a dict of names and ranges, not {bounds!r}")
+        raise TypeError(f"bounds must be a dict of names and ranges, not {quoted(bounds)}")
     optical = {name: limits for name, limits in bounds.items() if name != EXPOSURE.name}
     if EXPOSURE.name not in bounds:
         return optical, None
@@ -216,7 +216,7 @@ def name_list(argument: str, names: object) -> list[str]:
         found = list(names)
         if all(isinstance(name, str) for name in found):
             return found
-    raise TypeError(f"{argument} must be a list of names of parameters, not {names!r}")
+    raise TypeError(f"{argument} must be a list of names of parameters, not {quoted(names)}")
 
 
 def split_name(name: str, *, tie: bool = False) -> tuple[tuple[int, ...], str]:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from plycloth._check import quoted
 from plycloth.drawdown import drawdown_png
 
 
@@ -71,7 +72,9 @@ class WeavePattern:
             raise ValueError("rows must be a list of rows such as '#.#.'")
         for i, row in enumerate(lines):
             if len(row) != len(lines[0]) or set(row) - {"#", "."}:
-                raise ValueError(f"rows[{i}] must be {len(lines[0])} of '#' and '.', not {row!r}")
+                raise ValueError(
+                    f"rows[{i}] must be {len(lines[0])} of '#' and '.', not {quoted(row)}"
+                )
         marks = np.frombuffer("".join(lines).encode(), np.uint8).reshape(len(lines), -1)
         return cls(marks == ord("#"))
 
@@ -190,5 +193,5 @@ def _checked(warp_up: ArrayLike) -> NDArray[np.bool_]:
 
 def _count(name: str, value: int) -> int:
     if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < 1:
-        raise ValueError(f"{name} must be an integer of at least 1, not {value!r}")
+        raise ValueError(f"{name} must be an integer of at least 1, not {quoted(value)}")
     return int(value)

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from PIL import ImageColor
 
+from plycloth._check import quoted
 from plycloth._color import decode
 from plycloth.image_file import READABLE, WRITABLE, ImageError
 from plycloth.light import EnvironmentLight, Light
@@ -111,7 +112,7 @@ def ground(argument: str, options: argparse.Namespace) -> dict[str, Any]:
     except ValueError:
         raise ValueError(
             f"--ground: must be a colour such as '#d0d0d0' or 'white', or 'none', not"
-            f" {options.ground!r}"
+            f" {quoted(options.ground)}"
         ) from None
     return {argument: decode(np.divide(display, 255))}
 

@@ -6,6 +6,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from plycloth._check import quoted
 from plycloth._json import load
 from plycloth.cli.options import (
     add_common,
@@ -156,7 +157,9 @@ def _draft(options: argparse.Namespace) -> Draft:
 def _recoloring(text: str) -> tuple[int, str]:
     number, equals, color = text.partition("=")
     if not equals or not number.isdecimal():
-        raise argparse.ArgumentTypeError(f"must be NUMBER=#RRGGBB, such as 3=#aa3322, not {text!r}")
+        raise argparse.ArgumentTypeError(
+            f"must be NUMBER=#RRGGBB, such as 3=#aa3322, not {quoted(text)}"
+        )
     return int(number), color
 
 
