@@ -1,6 +1,6 @@
 """plycloth: the look of woven cloth, from a weaving draft to a fitted picture."""
 
-from plycloth import datasets
+from plycloth import datasets, trade
 from plycloth._check import ParameterError
 from plycloth._json import FormatError, load, save
 from plycloth._plycloth import __version__
@@ -98,6 +98,7 @@ __all__ = [
     "relax",
     "render",
     "save",
+    "trade",
     "value_and_gradient",
     "write_wif",
 ]

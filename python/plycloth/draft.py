@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from plycloth._check import ParameterError, integer, quoted
+from plycloth._check import POSITIVE, ParameterError, integer, number, quoted
 from plycloth.drawdown import drawdown_png
+from plycloth.trade import spacing_mm
 from plycloth.weave import WeavePattern
 
 FloatArray = NDArray[np.float64]
@@ -178,6 +179,40 @@ class Draft:
             warp_thickness=self.warp_thickness[::-1],
         )
 
+    def with_sett(
+        self, *, ends: float | None = None, picks: float | None = None, per: str = "inch"
+    ) -> Draft:
+        """Return the draft with as many ends and picks per inch or centimetre.
+
+        Spacings and thicknesses of a side are scaled by one factor, so that uneven ones stay so.
+
+        Parameters
+        ----------
+        ends, picks
+            How many there are on average, greater than 0. None: as many as there were.
+        per
+            "inch" or "cm".
+
+        Raises
+        ------
+        ParameterError
+            If a value lies outside its range.
+        TypeError
+            If a value is not of the kind named.
+        """
+        wanted = {
+            side: float(number(POSITIVE)(name, count))
+            for side, name, count in (("warp", "ends", ends), ("weft", "picks", picks))
+            if count is not None
+        }
+        changed = {}
+        for side, count in wanted.items():
+            spacing = getattr(self, f"{side}_spacing")
+            factor = spacing_mm(count, per) / spacing.mean()
+            changed[f"{side}_spacing"] = factor * spacing
+            changed[f"{side}_thickness"] = factor * getattr(self, f"{side}_thickness")
+        return replace(self, **changed)
+
     @property
     def colors(self) -> FloatArray:
         """The different colours of ends and picks, n x 3, in the order of their first threads."""
@@ -203,15 +238,15 @@ class Draft:
         """
         old = self.colors
         warp, weft = self.warp_colors.copy(), self.weft_colors.copy()
-        for number, color in changes.items():
-            if not 1 <= _number("the number of a colour", number) <= len(old):
+        for chosen, color in changes.items():
+            if not 1 <= _number("the number of a colour", chosen) <= len(old):
                 listed = ", ".join(f"{i} {_code(c)}" for i, c in enumerate(old, start=1))
                 raise ParameterError(
-                    f"the draft has no colour {number}: it has {_cut(listed, LONGEST_LIST)}"
+                    f"the draft has no colour {chosen}: it has {_cut(listed, LONGEST_LIST)}"
                 )
             new = _parsed(color) if isinstance(color, str) else color
             for colors, given in ((warp, self.warp_colors), (weft, self.weft_colors)):
-                colors[(given == old[number - 1]).all(axis=1)] = _colors("a colour", new, 1)[0]
+                colors[(given == old[chosen - 1]).all(axis=1)] = _colors("a colour", new, 1)[0]
         return replace(self, warp_colors=warp, weft_colors=weft)
 
     def __eq__(self, other: object) -> bool:

@@ -6,11 +6,12 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Annotated
+from typing import Annotated, Self
 
 from plycloth._check import FINITE, POSITIVE, ParameterError, instance, integer, number, optional
 from plycloth._value import Description
 from plycloth.bsdf import Bsdf, DiffuseBsdf, PlyBsdf
+from plycloth.trade import PACKING, YarnSize, area_mm2, diameter_mm
 
 MAX_PLIES = 12
 
@@ -97,6 +98,41 @@ class RoundYarn(Description):
                 f" by side in a radius of {self.radius_mm:g}, not {self.ply_radius:g}"
             )
 
+    @classmethod
+    def of_size(
+        cls, size: str, bsdf: Bsdf, *, material: str | float, packing: float = PACKING
+    ) -> Self:
+        """Make the yarn of a size as the trade has it.
+
+        Each single is a ply, as thick as its weight says (`trade.diameter_mm`); they touch, with a
+        pitch of 8 radii. `dataclasses.replace` gives it another pitch, or presses it.
+
+        Parameters
+        ----------
+        size
+            Such as "20 tex", "20 tex x 2", "150 denier", "30/2 Ne" or "2/28 Nm"
+            (`trade.YarnSize.parse`).
+        bsdf
+            How each ply scatters light.
+        material
+            Its fibers: one of `trade.DENSITIES`, such as "cotton", or a density in g/cm3.
+        packing
+            Part of each ply's volume that is fiber, in [0.01, 1].
+
+        Raises
+        ------
+        ParameterError
+            If the size cannot be read, a value lies outside its range, there is no such material,
+            or more than 12 yarns are folded.
+        TypeError
+            If a value is not of the kind named.
+        """
+        known = YarnSize.parse(size)
+        plies = integer(1, MAX_PLIES)("the plies of a yarn", known.plies)
+        ply_radius = 0.5 * float(diameter_mm(known.single_tex, material, packing))
+        # At the default pitch the plies of all radii are alike.
+        return cls(ply_radius / cls(1.0, bsdf, plies).ply_radius, bsdf, plies)
+
     @property
     def pitch(self) -> float:
         """Pitch in millimetres: `pitch_mm`, or 8 radii if that is None."""
@@ -174,6 +210,18 @@ class FlatYarn(Description):
     bsdf: AnyBsdf
     thickness_mm: OptionalLength = None
     stiffness: Stiffness = 1.0
+
+    @classmethod
+    def of_size(
+        cls, size: str, bsdf: Bsdf, *, material: str | float, packing: float = PACKING
+    ) -> Self:
+        """Make the ribbon of a size as the trade has it, a tenth as thick as it is wide.
+
+        The parameters and errors are those of `RoundYarn.of_size`; folded singles are one bundle.
+        """
+        area = float(area_mm2(YarnSize.parse(size).tex, material, packing))
+        thin = cls(1.0, bsdf).thickness
+        return cls(math.sqrt(area / thin), bsdf)
 
     @property
     def thickness(self) -> float:
