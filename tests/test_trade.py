@@ -256,3 +256,33 @@ def test_drafts_are_set_by_the_inch_or_centimetre():
     assert old.with_sett(picks=8, per="cm").weft_spacing == pytest.approx(1.25)
     assert replace(old.with_sett(picks=8, per="cm"), weft_spacing=0.5, weft_thickness=0.4) == old
     assert old.with_sett() == old
+
+
+def test_fabrics_are_set_by_the_inch_or_centimetre():
+    pattern = pc.WeavePattern.twill(2, 1)
+    yarn = pc.RoundYarn.of_size("30/2 Ne", BSDF, material="cotton")
+    colors = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]
+    fabric = pc.Fabric.of_sett(
+        pattern, yarn, yarn, ends=60, picks=[40, 50, 60], per="inch", warp_colors=colors
+    )
+    assert fabric == pc.Fabric(
+        pattern, yarn, yarn, INCH / 60, INCH / np.array([40, 50, 60]), warp_colors=colors
+    )
+    metric = pc.Fabric.of_sett(pattern, yarn, yarn, ends=20, picks=25, per="cm")
+    assert (metric.warp_spacing_mm, metric.weft_spacing_mm) == (0.5, 0.4)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"ends": 0}, "ends must be finite and greater than 0"),
+        ({"picks": [20, -1]}, r"picks\[1\] must be finite and greater than 0"),
+        ({"ends": [20, 20, 20]}, "one row for each of the pattern's 2 ends, not 3"),
+        ({"per": "yard"}, "per must be one of 'inch', 'cm', not 'yard'"),
+    ],
+)
+def test_setts_that_cannot_be(changes, message):
+    yarn = pc.RoundYarn.of_size("20 tex", BSDF, material="cotton")
+    sett = {"ends": 20, "picks": 20, "per": "cm"} | changes
+    with pytest.raises(pc.ParameterError, match=message):
+        pc.Fabric.of_sett(pc.WeavePattern.plain(), yarn, yarn, **sett)

@@ -26,6 +26,7 @@ from plycloth._saved import Saved
 from plycloth.bsdf import PlyBsdf
 from plycloth.overlap import Overlaps
 from plycloth.progress import Progress, relaxing
+from plycloth.trade import spacing_mm
 from plycloth.weave import WeavePattern
 from plycloth.yarn import FlatYarn, RoundYarn, Yarn
 from plycloth.yarn_set import Yarns, kinds_of, one_or_each
@@ -174,6 +175,40 @@ class Fabric(Saved):
             warp=fitted.warp if warp is None else warp,
             weft=fitted.weft if weft is None else weft,
         )
+
+    @classmethod
+    def of_sett(
+        cls,
+        pattern: WeavePattern,
+        warp: Yarns,
+        weft: Yarns,
+        *,
+        ends: NumberOrNumbers,
+        picks: NumberOrNumbers,
+        per: str,
+        warp_colors: ArrayLike | None = None,
+        weft_colors: ArrayLike | None = None,
+    ) -> Self:
+        """Make a fabric of so many ends and picks per length.
+
+        Parameters
+        ----------
+        pattern, warp, weft, warp_colors, weft_colors
+            As for the class.
+        ends, picks
+            How many there are per length, greater than 0: one number, or an array of one per end
+            or pick, for those that lie closer or wider than others.
+        per
+            "inch" or "cm".
+
+        Raises
+        ------
+        ParameterError, TypeError
+            As for the class.
+        """
+        end_spacing = spacing_mm(number_or_array(POSITIVE)("ends", ends), per)
+        pick_spacing = spacing_mm(number_or_array(POSITIVE)("picks", picks), per)
+        return cls(pattern, warp, weft, end_spacing, pick_spacing, warp_colors, weft_colors)
 
     def overlaps(self) -> Overlaps:
         """Find where yarns overlap: relaxation keeps them apart at the crossings' centres alone.
