@@ -94,7 +94,8 @@ def test_render_takes_a_size_a_yarn_and_an_environment(draft, tmp_path):
 
 
 def test_a_named_yarn_keeps_its_twist_at_the_thickness_of_the_draft(draft):
-    yarn, weft = cli.render._scaled_preset("rayon1", pc.read_wif(draft))
+    named = types.SimpleNamespace(yarn="rayon1")
+    yarn, weft = cli.render._yarns(named, {}, pc.read_wif(draft))
     assert weft.radius_mm == pytest.approx(0.2)  # picks are half as far apart
     measured = pc.preset("rayon1")
     assert yarn.radius_mm == pytest.approx(0.4)  # 0.8 of the spacing of 1 mm is its diameter

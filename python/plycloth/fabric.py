@@ -431,7 +431,8 @@ def _draft_yarn(thickness_mm: float, like: RoundYarn | None) -> RoundYarn:
     yarn = RoundYarn(radius_mm=0.5 * thickness_mm, bsdf=bsdf)
     if like is None:
         return yarn
-    return replace(yarn, plies=like.plies, pitch_mm=like.pitch * yarn.radius_mm / like.radius_mm)
+    pitch = None if like.pitch_mm is None else like.pitch_mm * yarn.radius_mm / like.radius_mm
+    return replace(yarn, plies=like.plies, pitch_mm=pitch)
 
 
 def _number_if_even(spacing: FloatArray) -> float | FloatArray:

@@ -24,11 +24,14 @@ OPTIONS = {
     "the draft has no colour": "--recolor: the draft has no colour",
     "Swatch.size_mm": "--size-mm",
     "covers": "--cover",
+    "the plies of a yarn": "--warp or --weft: the plies of a yarn",
     **{
         name: f"--{name.replace('_', '-')}"
         for name in (
             "exposure",
             "height",
+            "material",
+            "packing",
             "seconds",
             "seed",
             "size_mm",

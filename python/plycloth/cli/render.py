@@ -8,6 +8,7 @@ from typing import Any
 
 from plycloth._check import quoted
 from plycloth._json import load
+from plycloth.cli.counts import add_counts, check_counts, sized_yarns, with_counts
 from plycloth.cli.options import (
     add_common,
     add_dpi,
@@ -29,10 +30,16 @@ from plycloth.presets import preset, presets
 from plycloth.render import Renderer
 from plycloth.scene import Scene
 from plycloth.wif import read_wif
+from plycloth.yarn import RoundYarn
 from plycloth.yarn_set import Yarns
 
 CLOTH_SIDES = ("face", "back")
 SIDES_OF_END_ONE = ("left", "right")
+# Options that say something of a draft, or of the yarns to make of it.
+FOR_DRAFTS = (
+    *("yarn", "recolor", "end_one", "untrimmed", "strict"),
+    *("ends", "picks", "warp", "weft", "material", "packing"),
+)
 
 
 def add_render(commands: Any) -> None:
@@ -66,6 +73,13 @@ def add_render(commands: Any) -> None:
         action="store_true",
         help="keep threads at the draft's margins that interlace with nothing",
     )
+    add(
+        "--strict",
+        action="store_true",
+        help="end with an error where a colour or length of the draft cannot be read, or parts of"
+        " it disagree (default: a warning and a guess)",
+    )
+    add_counts(command)
     add(
         "--yarn",
         metavar="NAME",
@@ -110,7 +124,7 @@ def _render(options: argparse.Namespace) -> None:
 def _scene(options: argparse.Namespace) -> tuple[Scene, str]:
     """Return the scene to render, and what it shows in words."""
     if options.draft.suffix.lower() == ".json":
-        for name in ("yarn", "recolor", "end_one", "untrimmed"):
+        for name in FOR_DRAFTS:
             if getattr(options, name):
                 option = name.replace("_", "-")
                 raise ValueError(f"--{option}: is for a draft; what is saved has its own yarns")
@@ -127,13 +141,13 @@ def _scene(options: argparse.Namespace) -> tuple[Scene, str]:
         fabric = saved.fitted(progress=progress(options)) if options.fit_yarns else saved
         shown = f"the fabric {options.draft}"
     else:
-        draft = _draft(options)
+        check_counts(options)
+        sized = sized_yarns(options)
+        draft = with_counts(_draft(options), options, sized)
         shown = repr(draft)
-        if options.yarn is None:
-            fabric = Fabric.from_draft(draft, progress=progress(options))
-        else:
-            yarns = _scaled_preset(options.yarn, draft)
-            fabric = Fabric.from_draft(draft, *yarns).fitted(progress=progress(options))
+        yarns = _yarns(options, sized, draft)
+        fabric = Fabric.from_draft(draft, *yarns).fitted(progress=progress(options))
+        _say_sizes(options, sized, fabric)
     if options.side == "back":
         fabric, shown = fabric.turned_over(), f"the back of {shown}"
     scene = overview(
@@ -148,7 +162,7 @@ def _scene(options: argparse.Namespace) -> tuple[Scene, str]:
 
 def _draft(options: argparse.Namespace) -> Draft:
     """Read the draft, turned and dyed as the options say."""
-    draft = read_wif(options.draft, trim=not options.untrimmed)
+    draft = read_wif(options.draft, trim=not options.untrimmed, strict=options.strict)
     if options.end_one == "right":
         draft = draft.mirrored()
     return draft.recolored(dict(options.recolor)) if options.recolor else draft
@@ -163,10 +177,23 @@ def _recoloring(text: str) -> tuple[int, str]:
     return int(number), color
 
 
-def _scaled_preset(name: str, draft: Draft) -> tuple[Yarns, Yarns]:
-    """Return a measured yarn, enlarged to the thickness of each of the draft's threads."""
-    measured = preset(name)
+def _yarns(
+    options: argparse.Namespace, sized: dict[str, RoundYarn], draft: Draft
+) -> tuple[Yarns, Yarns]:
+    """Return yarns as thick as the draft's threads, with plies and twist of those named."""
+    measured = None if options.yarn is None else preset(options.yarn)
     return (
-        draft_yarns(draft.warp_thickness, draft.warp_spacing, measured),
-        draft_yarns(draft.weft_thickness, draft.weft_spacing, measured),
+        draft_yarns(draft.warp_thickness, draft.warp_spacing, sized.get("warp", measured)),
+        draft_yarns(draft.weft_thickness, draft.weft_spacing, sized.get("weft", measured)),
     )
+
+
+def _say_sizes(options: argparse.Namespace, sized: dict[str, RoundYarn], fabric: Fabric) -> None:
+    """Say how thick yarns of a given size are, and what of that the cloth leaves room for."""
+    for side, yarn in sized.items():
+        shape = getattr(fabric, f"{side}_kinds")[0]
+        say(
+            options,
+            f"{side}: {getattr(options, side)} of {options.material} is {2 * yarn.radius_mm:.3g} mm"
+            f" thick, in the cloth {2 * shape.half_width:.3g} x {shape.thickness:.3g} mm",
+        )
