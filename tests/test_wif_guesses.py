@@ -17,6 +17,12 @@ SPACED = TWILL["WARP"].replace("Spacing=0.1", "Spacing={}").format
 THICK = TWILL["WARP"].replace("Thickness=0.08", "Thickness={}").format
 GUESSED = [
     (
+        {"WARP": TWILL["WARP"][len("Threads=4\n") :], "THREADING": "0=1\n1=2\n2=3\n3=4"},
+        ("THREADING", None, None),
+        "counted from 0 and there is none at 4",
+        {},
+    ),
+    (
         {"WARP": TWILL["WARP"].replace("Color=1", "Color=9")},
         ("WARP", "Color", 9),
         "no colour 9 .* from 1 to 3",
@@ -150,7 +156,7 @@ GUESSED = [
     (
         {"LIFTPLAN": "1=1,2\n2=1\n4=2"},
         ("LIFTPLAN", "2", 43),
-        "disagrees with the tie-up and treadling, as do 2 picks in all: the tie-up",
+        "disagrees .* as the first of 2 picks: the tie-up and treadling are taken",
         {},
     ),
     (

@@ -57,7 +57,8 @@ def read_wif(path: str | PathLike[str], *, trim: bool = True, strict: bool = Fal
     ------
     WifError
         If the file is no WIF, or lacks what the pattern needs, or has more than a million yarns or
-        100 million crossings; it names the section, key and line.
+        100 million crossings, or is at fault where it is read strictly; it names the section, key
+        and line.
     OSError
         If the file cannot be opened.
 
@@ -129,11 +130,12 @@ def _count_yarns(wif: Wif, side: str, section: str) -> int:
         if not 1 <= count <= MOST_YARNS:
             raise wif.error(f"must be from 1 to {MOST_YARNS:,}, not {count}", entry)
         return count
-    rows = wif.numbered(section, MOST_YARNS)
+    rows = wif.numbered(section, MOST_YARNS, first=0)
     if not rows:
         raise wif.error(f"has no Threads, and [{section}] has no numbered row", section=side)
-    wif.note(f"no Threads: {max(rows)} are taken, the last row of [{section}]", section=side)
-    return max(rows)
+    count = max(rows) + wif.counts_from_zero(section, max(rows) + 1)
+    wif.note(f"no Threads: {count} are taken, the last row of [{section}]", section=side)
+    return count
 
 
 def _read_title(wif: Wif) -> str:

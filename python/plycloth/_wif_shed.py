@@ -168,7 +168,7 @@ def _compare_with_plan(wif: Wif, lifted: BoolArray, shafts: IntArray, first_shaf
         return
     differs = (_lift_by_plan(plan, shafts, picks) != lifted).any(axis=1)
     if (where := np.flatnonzero(differs & _rows_given(plan, picks))).size:
-        problem = f"disagrees with the tie-up and treadling, as do {where.size} picks in all"
+        problem = f"disagrees with the tie-up and treadling, as the first of {where.size} picks"
         wif.take(taken, wif.error(problem, plan.entries[int(where[0]) + 1]))
 
 

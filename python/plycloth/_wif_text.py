@@ -111,9 +111,9 @@ class Wif:
     ) -> dict[int, Entry]:
         """Return the entries with keys from `first` to `limit` in their order; others are odd.
 
-        Rows from 0 to `limit` - 1 are taken for those from 1 to `limit`.
+        Where they count from 1, rows from 0 to `limit` - 1 are taken for those from 1 to `limit`.
         """
-        shift = 1 if limit and self.counts_from_zero(section, limit) else 0
+        shift = 1 if limit and first == 1 and self.counts_from_zero(section, limit) else 0
         numbered, odd = {}, []
         for key, entry in self.rows_of(section).items():
             number = _row_number(key)
