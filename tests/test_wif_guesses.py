@@ -294,3 +294,10 @@ def test_warnings_quote_names_in_part(read):
         read({"THREADING": TWILL["THREADING"] + "\n" + 500 * "k" + "=1"})
     assert "[THREADING] kkk" in str(caught[0].message)
     assert len(str(caught[0].message).rpartition("draft.wif")[2]) < 190
+
+
+def test_none_stays_none_where_the_last_shaft_is_named(read):
+    changes = {"THREADING": "0=1\n1=0\n2=3\n3=4", "TIEUP": "1=0,1\n2=0\n3=3\n4=4"}
+    with pytest.warns(pc.WifWarning, match="counted from 0"):
+        draft = read(changes)
+    assert str(draft.pattern).split() == ["#...", "....", "..#.", "...#"]
