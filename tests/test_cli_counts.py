@@ -123,3 +123,12 @@ def test_what_is_no_sett(sett, folder, capsys):
     with pytest.raises(SystemExit, match="2"):
         main(["render", "draft.wif", "-o", "out.png", f"--ends={sett}"])
     assert "must be a number per inch or cm, such as 60/inch" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("text", [500 * "x", 250 * "x ", 250 * "x\\"])
+@pytest.mark.parametrize("option", ["--spp", "--side", "--ends", "--recolor", "--colour"])
+def test_long_arguments_are_quoted_in_part(option, text, folder, capsys):
+    with pytest.raises(SystemExit, match="2"):
+        main(["render", "draft.wif", "-o", "out.png", f"{option}={text}"])
+    message = capsys.readouterr().err.splitlines()[-1]
+    assert message.count("x") <= 90

@@ -262,7 +262,7 @@ class Draft:
         return Draft, self._values()
 
     def __repr__(self) -> str:
-        title = f"{self.title!r}, " if self.title else ""
+        title = f"{quoted(self.title)}, " if self.title else ""
         return f"Draft({title}{self.pattern.picks} picks x {self.pattern.ends} ends)"
 
     def _repr_png_(self) -> bytes:

@@ -1,12 +1,14 @@
 """The command line: `plycloth render`, `compare` and `fit`, for people with no script."""
 
 import argparse
+import re
 import sys
 import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from typing import NoReturn
 
-from plycloth._check import ParameterError
+from plycloth._check import MOST_QUOTED, ParameterError
 from plycloth._plycloth import __version__
 from plycloth.cli.compare import add_compare
 from plycloth.cli.fit import add_fit
@@ -15,6 +17,13 @@ from plycloth.cli.render import add_render
 
 BAD_INPUT = 2
 INTERRUPTED = 130
+
+# What argparse quotes, or takes over as it is, of more characters than a message quotes.
+LONG = re.compile(
+    rf"(?<=unrecognized arguments: ).{{{MOST_QUOTED + 1},}}"
+    rf"|'(?:[^'\\]|\\.){{{MOST_QUOTED - 1},}}'"
+    rf"|\S{{{MOST_QUOTED + 1},}}"
+)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -50,8 +59,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return 0
 
 
+class _Parser(argparse.ArgumentParser):
+    """A parser whose errors quote a part of what is long."""
+
+    def error(self, message: str) -> NoReturn:
+        super().error(LONG.sub(lambda found: f"{found[0][: MOST_QUOTED - 3]}...", message))
+
+
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+    parser = _Parser(
         prog="plycloth", description="The look of woven cloth, from weaving draft to fitted picture"
     )
     parser.add_argument("--version", action="version", version=f"plycloth {__version__}")
