@@ -170,6 +170,25 @@ impl Lights {
         })
     }
 
+    /// The direction and the distance of a light without extent, one of them with equal
+    /// probability; if there is none, `choice` (a random number) is not drawn.
+    #[inline]
+    pub fn lamp(&self, point: DVec3, choice: impl FnOnce() -> f64) -> Option<(DVec3, f64)> {
+        let count = self.lamps().count();
+        if count == 0 {
+            return None;
+        }
+        let lamp = self.lamps().nth(((choice() * count as f64) as usize).min(count - 1))?;
+        let LightSample { direction, distance, .. } = lamp.sample(point, [0.5; 2])?;
+        Some((direction, distance))
+    }
+
+    /// Lights without extent, which only connections find.
+    fn lamps(&self) -> impl Iterator<Item = &Light> {
+        let lamp = |light: &&Light| matches!(light, Light::Point { .. } | Light::Directional { .. });
+        self.0.iter().filter(lamp)
+    }
+
     /// The nearest rectangle that the ray meets: its distance and its number.
     #[inline]
     pub fn nearest(&self, ray: &Ray) -> Option<(f64, usize)> {

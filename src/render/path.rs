@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::aim::Target;
 use super::light::LightSample;
 use super::scene::{Contact, Exit, Inside, Interaction, Material, Scene};
 use crate::accel::ray::Ray;
@@ -40,6 +41,14 @@ pub enum Side {
     Straight,
 }
 
+impl Side {
+    /// The sign of the normal's component of directions on this side.
+    #[inline]
+    fn sign(self) -> f64 {
+        if self == Self::Entry { 1.0 } else { -1.0 }
+    }
+}
+
 /// Takes note of a path as it is traced.
 pub trait Recorder {
     /// The path meets a yarn.
@@ -76,6 +85,9 @@ struct Next {
     value: Rgb,
     /// The density of the direction, given the side.
     pdf: f64,
+    /// The same without aims: what lights that are met are weighed by. Connections do not know
+    /// whether there will be an aim.
+    unaimed_pdf: f64,
     /// The probability of having come to this side at all.
     chance: f64,
     /// What is met at once, if the light does not go into the air.
@@ -134,7 +146,7 @@ impl<R: Recorder> Path<'_, R> {
             let Some(survival) = self.survival(next.value * weight, depth) else { return };
             self.recorder.scatter(next.side, next.wi, weight / survival);
             self.throughput *= next.value * (weight / survival);
-            (ray, scattered_pdf, contact) = (next.ray, Some(next.pdf), next.contact);
+            (ray, scattered_pdf, contact) = (next.ray, Some(next.unaimed_pdf), next.contact);
         }
     }
 
@@ -199,7 +211,7 @@ impl<R: Recorder> Path<'_, R> {
         let before = self.light_number();
         self.add_light_before(interaction, before, eval);
         let wi = square_to_cosine_hemisphere(self.sampler.next_2d());
-        scattered_back(interaction, wi, eval)
+        self.scattered_back(interaction, (Some(wi), 1.0), eval)
     }
 
     // Not inlined: it is long, and paths through diffuse cloth do without it.
@@ -219,25 +231,15 @@ impl<R: Recorder> Path<'_, R> {
         if let (true, Some(exit)) = (both_sides, &exit) {
             self.add_light_beyond(bsdf, &crossing, exit, beyond, looked, gone);
         }
-        match bsdf.sample_entry(wo, &crossing, &mut self.sampler) {
-            Choice::Lost => None,
-            Choice::Pass => {
-                let exit = exit?;
-                if !both_sides {
-                    self.add_light_beyond(bsdf, &crossing, &exit, beyond, looked, gone);
-                }
-                self.leave_ply(bsdf, &crossing, exit, beyond, looked, gone)
+        let choice = bsdf.sample_entry(wo, &crossing, &mut self.sampler);
+        if choice == Choice::Pass {
+            let exit = exit?;
+            if !both_sides {
+                self.add_light_beyond(bsdf, &crossing, &exit, beyond, looked, gone);
             }
-            Choice::Scatter(wi) => match interaction.contact() {
-                None => scattered_back(interaction, wi, eval),
-                Some(contact) => {
-                    let Interaction { point, frame, .. } = interaction;
-                    let (wi, aim) = self.aimed(wi, &contact, *point, frame, before)?;
-                    let share = crossing.entry_probabilities[1];
-                    scattered_back(interaction, wi, |wi| with_aim(eval(wi), share, &aim, wi))
-                }
-            },
+            return self.leave_ply(bsdf, &crossing, &exit, looked, gone);
         }
+        self.scattered_back(interaction, (choice.direction(), 1.0 - passed), eval)
     }
 
     /// Refracts light into the ply and follows it to where it comes out.
@@ -281,24 +283,62 @@ impl<R: Recorder> Path<'_, R> {
         Aim::new(bsdf.exit_from_outside(), Frame::orthonormal(DVec3::Z, DVec3::X), lamp)
     }
 
-    /// Light that a body scatters into `wi` through a contact: half of it is aimed at the lamp that
-    /// this number chooses, if there is one on that side. `frame` is that of `wi`.
-    #[cold]
-    fn aimed(
+    /// What light that goes on from a point is aimed at: a lamp that it reaches only through plies.
+    #[inline]
+    fn target(
         &mut self,
-        wi: DVec3,
-        contact: &Contact,
+        side: Side,
         point: DVec3,
         frame: &Frame,
-        number: LightNumber,
-    ) -> Option<(DVec3, Option<Aim>)> {
-        let on_its_side = |lamp: &DVec3| lamp.dot(frame.normal()) * wi.z > 0.0;
-        let lamp = self.lamp(point, number).filter(on_its_side);
-        let aim = lamp.and_then(|lamp| self.scene.aim_through(contact, point, frame, lamp));
-        let Some(aim) = aim else { return Some((wi, None)) };
-        let (choice, u) = (self.sampler.next_1d(), self.sampler.next_2d());
-        let aimed = if choice < 0.5 { wi } else { aim.sample(u)? };
-        (aimed.z * wi.z > 0.0).then_some((aimed, Some(aim)))
+        contact: Option<&Contact>,
+    ) -> Option<Target> {
+        if contact.is_none() && !self.scene.has_ribbons() {
+            return None;
+        }
+        let lamp = self.scene.lights.lamp(point, || self.sampler.next_1d())?;
+        if frame.normal().dot(lamp.0) * side.sign() <= 0.0 {
+            return None;
+        }
+        match contact {
+            Some(contact) => self.scene.aim_through(contact, point, frame, lamp.0),
+            None => self.scene.aim_behind(point, frame, lamp),
+        }
+    }
+
+    /// The path that goes on from `point` into a direction that the lobes there chose, unless light
+    /// is lost there, or that is aimed: half of either, if there is something to aim at. `share` is
+    /// how likely lobes choose, rather than anything else.
+    #[inline(always)]
+    fn scattered(
+        &mut self,
+        (side, chance): (Side, f64),
+        (point, frame): (DVec3, &Frame),
+        contact: Option<Box<Contact>>,
+        (lobes, share): (Option<DVec3>, f64),
+        eval: impl Fn(DVec3) -> (Rgb, f64),
+    ) -> Option<Next> {
+        let target = self.target(side, point, frame, contact.as_deref());
+        let wi = match &target {
+            Some(target) if self.sampler.next_1d() < 0.5 => target.sample(self.sampler.next_2d())?,
+            _ => lobes?,
+        };
+        let (value, unaimed_pdf) = eval(wi);
+        let pdf = target
+            .map_or(unaimed_pdf, |target| 0.5 * (unaimed_pdf + share * target.pdf(wi)));
+        let ray = Ray { origin: point, direction: frame.to_world(wi) };
+        (unaimed_pdf > 0.0).then_some(Next { ray, side, wi, value, pdf, unaimed_pdf, chance, contact })
+    }
+
+    /// The path that goes on from x.
+    #[inline(always)]
+    fn scattered_back(
+        &mut self,
+        interaction: &Interaction,
+        lobes: (Option<DVec3>, f64),
+        eval: impl Fn(DVec3) -> (Rgb, f64),
+    ) -> Option<Next> {
+        let place = (interaction.point, &interaction.frame);
+        self.scattered((Side::Entry, 1.0), place, interaction.contact(), lobes, eval)
     }
 
     #[inline]
@@ -343,32 +383,24 @@ impl<R: Recorder> Path<'_, R> {
         &mut self,
         bsdf: &PlyBsdf,
         crossing: &Crossing,
-        exit: Exit,
-        number: LightNumber,
-        looked: f64,
+        exit: &Exit,
+        chance: f64,
         gone: f64,
     ) -> Option<Next> {
         let (passage, terms) = crossing.passage.as_ref()?;
         let contact = exit.contact();
-        let (side, wi, (value, pdf)) = match bsdf.sample_exit(passage, crossing, &mut self.sampler)
-        {
-            Choice::Scatter(wi) => {
-                let (wi, aim) = match &contact {
-                    None => (wi, None),
-                    Some(contact) => self.aimed(wi, contact, exit.point, &exit.frame, number)?,
-                };
-                let share = gone * crossing.exit_probabilities[1];
-                let scattered = eval_exit(bsdf, crossing, wi, gone);
-                (Side::Exit, wi, with_aim(scattered, share, &aim, wi))
-            }
-            Choice::Pass => {
-                let pdf = gone * crossing.exit_probabilities[0];
-                (Side::Straight, -passage.facet.incident, (bsdf.eval_straight(terms), pdf))
-            }
-            Choice::Lost => return None,
-        };
-        let ray = Ray { origin: exit.point, direction: exit.frame.to_world(wi) };
-        (pdf > 0.0).then_some(Next { ray, side, wi, value, pdf, chance: looked, contact })
+        let [straight, body] = crossing.exit_probabilities;
+        let choice = bsdf.sample_exit(passage, crossing, &mut self.sampler);
+        if choice == Choice::Pass {
+            let (side, wi, pdf) = (Side::Straight, -passage.facet.incident, gone * straight);
+            let ray = Ray { origin: exit.point, direction: exit.frame.to_world(wi) };
+            let value = bsdf.eval_straight(terms);
+            return Some(Next { ray, side, wi, value, pdf, unaimed_pdf: pdf, chance, contact });
+        }
+        let share = gone * if contact.is_some() { body } else { 1.0 };
+        let place = (exit.point, &exit.frame);
+        let eval = |wi| eval_exit(bsdf, crossing, wi, gone);
+        self.scattered((Side::Exit, chance), place, contact, (choice.direction(), share), eval)
     }
 
     /// Adds light from one light source, scattered by `eval` (value and density), at a side that
@@ -405,28 +437,6 @@ fn eval_exit(bsdf: &PlyBsdf, crossing: &Crossing, wi: DVec3, gone: f64) -> (Rgb,
         let pdf = gone * bsdf.pdf_exit(passage, crossing, wi);
         (bsdf.eval_exit(passage, terms, wi), pdf)
     })
-}
-
-/// Value and density of scattering into `wi`, where the body scatters the part `share` of the light
-/// and half of that, or nothing, is aimed.
-#[inline(always)]
-fn with_aim((value, pdf): (Rgb, f64), share: f64, aim: &Option<Aim>, wi: DVec3) -> (Rgb, f64) {
-    (value, aim.as_ref().map_or(pdf, |aim| 0.5 * (pdf + share * aim.pdf(wi))))
-}
-
-/// The path that goes on from x into the local direction `wi`, if that has any density.
-#[inline(always)]
-fn scattered_back(
-    interaction: &Interaction,
-    wi: DVec3,
-    eval: impl Fn(DVec3) -> (Rgb, f64),
-) -> Option<Next> {
-    let (value, pdf) = eval(wi);
-    let Interaction { point, frame, .. } = interaction;
-    let ray = Ray { origin: *point, direction: frame.to_world(wi) };
-    let contact = interaction.contact();
-    let (side, chance) = (Side::Entry, 1.0);
-    (pdf > 0.0).then_some(Next { ray, side, wi, value, pdf, chance, contact })
 }
 
 /// The balance heuristic (Veach 1997): the share of a strategy with density `own`.

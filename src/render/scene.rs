@@ -202,6 +202,18 @@ impl Scene {
         }
     }
 
+    /// Whether ends or picks are ribbons.
+    #[inline]
+    pub fn has_ribbons(&self) -> bool {
+        self.shapes.iter().any(|shape| matches!(shape, YarnShape::Flat { .. }))
+    }
+
+    /// Whether the yarn there is a ribbon, whose two faces are one.
+    #[inline]
+    pub fn is_ribbon(&self, interaction: &Interaction) -> bool {
+        matches!(self.shapes[interaction.place.set as usize], YarnShape::Flat { .. })
+    }
+
     /// Whether nothing stands between a point and something at `distance` in `direction`.
     #[inline]
     pub fn visible(&self, origin: DVec3, direction: DVec3, distance: f64) -> bool {

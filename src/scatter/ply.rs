@@ -333,6 +333,17 @@ pub enum Choice {
     Lost,
 }
 
+impl Choice {
+    /// The direction into which light is scattered, if it is.
+    #[inline]
+    pub fn direction(self) -> Option<DVec3> {
+        match self {
+            Self::Scatter(direction) => Some(direction),
+            Self::Pass | Self::Lost => None,
+        }
+    }
+}
+
 impl From<Option<DVec3>> for Choice {
     fn from(direction: Option<DVec3>) -> Self {
         direction.map_or(Self::Lost, Self::Scatter)
