@@ -6,6 +6,7 @@
 
 use glam::DVec3;
 
+use super::light::LightSample;
 use super::scene::{Contact, Interaction, Material, Scene};
 use crate::accel::ray::Ray;
 use crate::math::frame::Frame;
@@ -46,19 +47,13 @@ impl Target {
 }
 
 impl Scene {
-    /// What to aim at from `point` in `frame`, if a ribbon hides a lamp from it, which is at a
-    /// distance in a world direction.
-    pub fn aim_behind(
-        &self,
-        point: DVec3,
-        frame: &Frame,
-        (lamp, distance): (DVec3, f64),
-    ) -> Option<Target> {
-        let ray = Ray { origin: point, direction: lamp };
-        let hit = self.swatch.nearest(&ray).filter(|hit| hit.t < distance)?;
+    /// What to aim at from `point` in `frame`, if a ribbon hides the lamp from it.
+    pub fn aim_behind(&self, point: DVec3, frame: &Frame, lamp: LightSample) -> Option<Target> {
+        let ray = Ray { origin: point, direction: lamp.direction };
+        let hit = self.swatch.nearest(&ray).filter(|hit| hit.t < lamp.distance)?;
         let hider = self.interaction(&ray, &hit);
         let ribbon = self.ply(&hider).filter(|_| self.is_ribbon(&hider))?;
-        let halo = Halo::new(ribbon, hider.frame.seen_from(frame), frame.to_local(lamp));
+        let halo = Halo::new(ribbon, hider.frame.seen_from(frame), frame.to_local(lamp.direction));
         Some(Target::Behind(halo))
     }
 

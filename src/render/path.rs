@@ -94,8 +94,16 @@ struct Next {
     contact: Option<Box<Contact>>,
 }
 
-/// Random numbers that choose a light, and a point on it.
-type LightNumber = (f64, [f64; 2]);
+/// Random numbers that choose lights.
+#[derive(Debug, Clone, Copy)]
+struct LightNumbers {
+    /// Chooses one of those without extent.
+    lamp: f64,
+    /// Chooses one of the others,
+    extended: f64,
+    /// and a point on it.
+    point: [f64; 2],
+}
 
 /// A path under way.
 struct Path<'a, R> {
@@ -208,7 +216,7 @@ impl<R: Recorder> Path<'_, R> {
         self.recorder.vertex(material, wo, None);
         let pdf = square_to_cosine_hemisphere_pdf;
         let eval = |wi| (reflectance * pdf(wi), pdf(wi));
-        let before = self.light_number();
+        let before = self.light_numbers();
         self.add_light_before(interaction, before, eval);
         let wi = square_to_cosine_hemisphere(self.sampler.next_2d());
         self.scattered_back(interaction, (Some(wi), 1.0), eval)
@@ -218,15 +226,18 @@ impl<R: Recorder> Path<'_, R> {
     #[inline(never)]
     fn at_ply(&mut self, interaction: &Interaction, bsdf: &PlyBsdf) -> Option<Next> {
         let Interaction { material, wo, .. } = *interaction;
-        let beyond = self.light_number();
-        let (passage, exit) = self.pass(interaction, bsdf, beyond).unzip();
+        let beyond = self.light_numbers();
+        let lamp = self.lamp_beyond(interaction, beyond);
+        let (passage, exit) = self.pass(interaction, bsdf, lamp).unzip();
         self.recorder.vertex(material, wo, passage.as_ref());
-        let before = self.light_number();
+        let before = self.light_numbers();
         let crossing = bsdf.crossing(wo, passage, self.limits.lobe_floor);
         let eval = |wi| (bsdf.eval_entry(wo, &crossing, wi), bsdf.pdf_entry(wo, &crossing, wi));
         self.add_light_before(interaction, before, eval);
         // The probability of looking for light beyond the ply, and of going on there if so.
-        let (passed, both_sides) = (crossing.entry_probabilities[2], self.limits.both_sides);
+        let passed = crossing.entry_probabilities[2];
+        // A lamp beyond is not seen from x: looking for it from y costs nothing more.
+        let both_sides = self.limits.both_sides || lamp.is_some();
         let (looked, gone) = if both_sides { (1.0, passed) } else { (passed, 1.0) };
         if let (true, Some(exit)) = (both_sides, &exit) {
             self.add_light_beyond(bsdf, &crossing, exit, beyond, looked, gone);
@@ -242,18 +253,21 @@ impl<R: Recorder> Path<'_, R> {
         self.scattered_back(interaction, (choice.direction(), 1.0 - passed), eval)
     }
 
-    /// Refracts light into the ply and follows it to where it comes out.
+    /// Refracts light into the ply, half of it aimed at a lamp beyond, and follows it to where it
+    /// comes out.
     #[inline]
     fn pass(
         &mut self,
         interaction: &Interaction,
         bsdf: &PlyBsdf,
-        beyond: LightNumber,
+        lamp: Option<DVec3>,
     ) -> Option<(Passage, Exit)> {
         let (entry, facet) = (self.sampler.next_2d(), self.sampler.next_2d());
         let enters = interaction.is_in_air();
         let refracted = if enters {
-            let aim = self.aim_beyond(interaction, bsdf, beyond);
+            // As if y faced x.
+            let facing = Frame::orthonormal(DVec3::Z, DVec3::X);
+            let aim = lamp.and_then(|lamp| Aim::new(bsdf.exit_from_outside(), facing, lamp));
             bsdf.sample_refracted(interaction.wo, aim.as_ref(), self.limits.lobe_floor, entry)?
         } else {
             (-interaction.wo, 1.0)
@@ -263,24 +277,13 @@ impl<R: Recorder> Path<'_, R> {
         Some((bsdf.sample_passage(interfaces, refracted, incident, length, facet), exit))
     }
 
-    /// The direction from `point` to the lamp that this number chooses, if it is one that only
-    /// connections find.
+    /// The direction, in the frame at x, to the lamp that these numbers choose, if it shines on the
+    /// other side.
     #[inline]
-    fn lamp(&self, point: DVec3, (choice, u): LightNumber) -> Option<DVec3> {
-        let sample = self.scene.lights.sample(point, choice, u)?;
-        sample.pdf.is_none().then_some(sample.direction)
-    }
-
-    /// What refracted light is aimed at, as if y faced x.
-    #[inline]
-    fn aim_beyond(
-        &self,
-        interaction: &Interaction,
-        bsdf: &PlyBsdf,
-        beyond: LightNumber,
-    ) -> Option<Aim> {
-        let lamp = interaction.frame.to_local(self.lamp(interaction.point, beyond)?);
-        Aim::new(bsdf.exit_from_outside(), Frame::orthonormal(DVec3::Z, DVec3::X), lamp)
+    fn lamp_beyond(&self, interaction: &Interaction, numbers: LightNumbers) -> Option<DVec3> {
+        let sample = self.scene.lights.sample_lamp(interaction.point, numbers.lamp)?;
+        let lamp = interaction.frame.to_local(sample.direction);
+        (lamp.z < 0.0).then_some(lamp)
     }
 
     /// What light that goes on from a point is aimed at: a lamp that it reaches only through plies.
@@ -292,15 +295,16 @@ impl<R: Recorder> Path<'_, R> {
         frame: &Frame,
         contact: Option<&Contact>,
     ) -> Option<Target> {
-        if contact.is_none() && !self.scene.has_ribbons() {
+        let Scene { lights, .. } = self.scene;
+        if !lights.have_lamps() || contact.is_none() && !self.scene.has_ribbons() {
             return None;
         }
-        let lamp = self.scene.lights.lamp(point, || self.sampler.next_1d())?;
-        if frame.normal().dot(lamp.0) * side.sign() <= 0.0 {
+        let lamp = lights.sample_lamp(point, self.sampler.next_1d())?;
+        if frame.normal().dot(lamp.direction) * side.sign() <= 0.0 {
             return None;
         }
         match contact {
-            Some(contact) => self.scene.aim_through(contact, point, frame, lamp.0),
+            Some(contact) => self.scene.aim_through(contact, point, frame, lamp.direction),
             None => self.scene.aim_behind(point, frame, lamp),
         }
     }
@@ -319,14 +323,24 @@ impl<R: Recorder> Path<'_, R> {
     ) -> Option<Next> {
         let target = self.target(side, point, frame, contact.as_deref());
         let wi = match &target {
-            Some(target) if self.sampler.next_1d() < 0.5 => target.sample(self.sampler.next_2d())?,
+            Some(target) if self.sampler.next_1d() < 0.5 => {
+                target.sample(self.sampler.next_2d())?
+            }
             _ => lobes?,
         };
         let (value, unaimed_pdf) = eval(wi);
-        let pdf = target
-            .map_or(unaimed_pdf, |target| 0.5 * (unaimed_pdf + share * target.pdf(wi)));
+        let pdf = target.map_or(unaimed_pdf, |target| 0.5 * (unaimed_pdf + share * target.pdf(wi)));
         let ray = Ray { origin: point, direction: frame.to_world(wi) };
-        (unaimed_pdf > 0.0).then_some(Next { ray, side, wi, value, pdf, unaimed_pdf, chance, contact })
+        (unaimed_pdf > 0.0).then_some(Next {
+            ray,
+            side,
+            wi,
+            value,
+            pdf,
+            unaimed_pdf,
+            chance,
+            contact,
+        })
     }
 
     /// The path that goes on from x.
@@ -342,8 +356,9 @@ impl<R: Recorder> Path<'_, R> {
     }
 
     #[inline]
-    fn light_number(&mut self) -> LightNumber {
-        (self.sampler.next_1d(), self.sampler.next_2d())
+    fn light_numbers(&mut self) -> LightNumbers {
+        let (lamp, extended) = (self.sampler.next_1d(), self.sampler.next_1d());
+        LightNumbers { lamp, extended, point: self.sampler.next_2d() }
     }
 
     /// Adds light that reaches x through the air.
@@ -351,12 +366,12 @@ impl<R: Recorder> Path<'_, R> {
     fn add_light_before(
         &mut self,
         interaction: &Interaction,
-        number: LightNumber,
+        numbers: LightNumbers,
         eval: impl Fn(DVec3) -> (Rgb, f64),
     ) {
         if interaction.is_in_air() {
             let Interaction { point, frame, .. } = interaction;
-            self.add_light(Side::Entry, *point, frame, number, 1.0, eval);
+            self.add_light(Side::Entry, *point, frame, numbers, 1.0, eval);
         }
     }
 
@@ -367,13 +382,13 @@ impl<R: Recorder> Path<'_, R> {
         bsdf: &PlyBsdf,
         crossing: &Crossing,
         exit: &Exit,
-        number: LightNumber,
+        numbers: LightNumbers,
         looked: f64,
         gone: f64,
     ) {
         if exit.is_in_air() {
             let eval = |wi| eval_exit(bsdf, crossing, wi, gone);
-            self.add_light(Side::Exit, exit.point, &exit.frame, number, looked, eval);
+            self.add_light(Side::Exit, exit.point, &exit.frame, numbers, looked, eval);
         }
     }
 
@@ -403,30 +418,37 @@ impl<R: Recorder> Path<'_, R> {
         self.scattered((Side::Exit, chance), place, contact, (choice.direction(), share), eval)
     }
 
-    /// Adds light from one light source, scattered by `eval` (value and density), at a side that
-    /// was come to with probability `chance`.
+    /// Adds light from one lamp and one other light, scattered by `eval` (value and density), at a
+    /// side that was come to with probability `chance`.
     #[inline(always)]
     fn add_light(
         &mut self,
         side: Side,
         point: DVec3,
         frame: &Frame,
-        (choice, u): LightNumber,
+        LightNumbers { lamp, extended, point: u }: LightNumbers,
         chance: f64,
         eval: impl Fn(DVec3) -> (Rgb, f64),
     ) {
-        let Some(sample) = self.scene.lights.sample(point, choice, u) else { return };
-        let LightSample { direction, distance, weight, pdf } = sample;
-        let wi = frame.to_local(direction);
-        let (value, scattered_pdf) = eval(wi);
-        let dark =
-            if self.limits.lobe_floor > 0.0 { scattered_pdf <= 0.0 } else { value == Rgb::ZERO };
-        if dark || !self.scene.visible(point, direction, distance) {
-            return;
+        let lights = &self.scene.lights;
+        let lamp = lights.sample_lamp(point, lamp);
+        let extended = lights.sample_extended(point, extended, u);
+        for sample in [lamp, extended].into_iter().flatten() {
+            let LightSample { direction, distance, weight, pdf } = sample;
+            let wi = frame.to_local(direction);
+            let (value, scattered_pdf) = eval(wi);
+            let dark = if self.limits.lobe_floor > 0.0 {
+                scattered_pdf <= 0.0
+            } else {
+                value == Rgb::ZERO
+            };
+            if dark || !self.scene.visible(point, direction, distance) {
+                continue;
+            }
+            let weight = weight * (pdf.map_or(1.0, |pdf| balance(pdf, scattered_pdf)) / chance);
+            self.recorder.light(side, wi, weight);
+            self.radiance += self.throughput * value * weight;
         }
-        let weight = weight * (pdf.map_or(1.0, |pdf| balance(pdf, scattered_pdf)) / chance);
-        self.recorder.light(side, wi, weight);
-        self.radiance += self.throughput * value * weight;
     }
 }
 

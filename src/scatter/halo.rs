@@ -29,8 +29,7 @@ impl Halo {
         let lamp = frame.to_local(lamp);
         let p = ribbon.parameters();
         let (entry, exit) = (p.roughness, p.exit_roughness);
-        let slopes =
-            DVec2::new(entry.along.hypot(exit.along), entry.across.hypot(exit.across));
+        let slopes = DVec2::new(entry.along.hypot(exit.along), entry.across.hypot(exit.across));
         // η cos θ_t by Snell's law.
         let refracted = (p.eta * p.eta - 1.0 + lamp.z * lamp.z).sqrt();
         Self { frame, lamp, spread: slopes * (refracted - lamp.z.abs()) }
