@@ -231,7 +231,7 @@ impl<R: Recorder> Path<'_, R> {
         let (passage, exit) = self.pass(interaction, bsdf, lamp).unzip();
         self.recorder.vertex(material, wo, passage.as_ref());
         let before = self.light_numbers();
-        let crossing = bsdf.crossing(wo, passage, self.limits.lobe_floor);
+        let crossing = bsdf.crossing(wo, passage, self.throughput, self.limits.lobe_floor);
         let eval = |wi| (bsdf.eval_entry(wo, &crossing, wi), bsdf.pdf_entry(wo, &crossing, wi));
         self.add_light_before(interaction, before, eval);
         // The probability of looking for light beyond the ply, and of going on there if so.
