@@ -75,6 +75,10 @@ impl Recorder for NoRecorder {
     fn emitted(&mut self, _: Rgb) {}
 }
 
+/// The part of the directions that is aimed, where there is something to aim at. Whatever the aim
+/// misses gains weight by what goes to it.
+const AIMED: f64 = 0.25;
+
 /// Where a path goes on.
 struct Next {
     ray: Ray,
@@ -309,9 +313,9 @@ impl<R: Recorder> Path<'_, R> {
         }
     }
 
-    /// The path that goes on from `point` into a direction that the lobes there chose, unless light
-    /// is lost there, or that is aimed: half of either, if there is something to aim at. `share` is
-    /// how likely lobes choose, rather than anything else.
+    /// The path that goes on from `point` into a direction that the lobes there chose, unless they
+    /// lose the light, or that is aimed. `share` is how likely either is, rather than that the light
+    /// goes on otherwise.
     #[inline(always)]
     fn scattered(
         &mut self,
@@ -323,13 +327,15 @@ impl<R: Recorder> Path<'_, R> {
     ) -> Option<Next> {
         let target = self.target(side, point, frame, contact.as_deref());
         let wi = match &target {
-            Some(target) if self.sampler.next_1d() < 0.5 => {
+            Some(target) if self.sampler.next_1d() < AIMED => {
                 target.sample(self.sampler.next_2d())?
             }
             _ => lobes?,
         };
         let (value, unaimed_pdf) = eval(wi);
-        let pdf = target.map_or(unaimed_pdf, |target| 0.5 * (unaimed_pdf + share * target.pdf(wi)));
+        let pdf = target.map_or(unaimed_pdf, |target| {
+            (1.0 - AIMED) * unaimed_pdf + AIMED * share * target.pdf(wi)
+        });
         let ray = Ray { origin: point, direction: frame.to_world(wi) };
         (unaimed_pdf > 0.0).then_some(Next {
             ray,
