@@ -18,7 +18,7 @@ const RADIUS: f64 = 0.4;
 fn straight() -> ClothSpec {
     let round = |radius| YarnShape::round(radius, 1, radius, 1.0);
     let mut spec = cloth([2, 2], |_, _| true, round(RADIUS));
-    spec.weft.shape = round(1e-3);
+    spec.weft.kinds[0].shape = round(1e-3);
     spec
 }
 

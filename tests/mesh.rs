@@ -84,7 +84,7 @@ fn ply_center(
 fn tubes(spec: &ClothSpec) -> Vec<Tube> {
     let spec = spec.bottom_up();
     let relaxed = relax(&spec.relax_problem(), &Control::default()).unwrap();
-    let YarnShape::Round { radius, plies, ply_radius, pitch, .. } = spec.warp.shape else {
+    let YarnShape::Round { radius, plies, ply_radius, pitch, .. } = spec.warp.kinds[0].shape else {
         unreachable!()
     };
     let helix = if plies == 1 { 0.0 } else { radius - ply_radius };

@@ -8,7 +8,7 @@ use common::{cloth, flat, plain, round};
 use glam::DVec3;
 use plycloth::accel::ray::Ray;
 use plycloth::cloth::inside::Way;
-use plycloth::cloth::spec::{ClothSpec, YarnShape, YarnSpec};
+use plycloth::cloth::spec::{ClothSpec, YarnKind, YarnShape, YarnSpec};
 use plycloth::cloth::swatch::Swatch;
 use plycloth::cloth::twist::Twist;
 use plycloth::cloth::yarn_path::YarnSet;
@@ -41,7 +41,7 @@ fn uneven() -> ClothSpec {
     let mut spec = cloth([3, 4], |pick, end| (pick + end) % 3 == 0, thin(3, 0.6, -1.9));
     spec.warp.spacing = vec![0.9, 0.7, 1.3, 0.6];
     spec.weft.spacing = vec![0.5, 0.8, 0.55];
-    spec.weft.shape = thin(2, 0.5, 0.8);
+    spec.weft.kinds[0].shape = thin(2, 0.5, 0.8);
     spec
 }
 
@@ -55,9 +55,27 @@ fn pressed(shape: YarnShape, aspect: f64) -> YarnShape {
     pressed
 }
 
+fn press(yarns: &mut YarnSpec, aspect: f64) {
+    for kind in &mut yarns.kinds {
+        kind.shape = pressed(kind.shape, aspect);
+    }
+}
+
+/// Thick, thin and flat yarns in one set, thick and thin ones of other aspects in the other.
+fn thick_and_thin() -> ClothSpec {
+    let kind = |shape| YarnKind { shape, stiffness: 1.0 };
+    let mut spec = uneven();
+    let ribbon = YarnShape::Flat { width: 0.5, thickness: 0.1 };
+    spec.warp.kinds = [thin(3, 0.6, -1.9), thin(1, 0.25, 1.0), ribbon].map(kind).to_vec();
+    spec.warp.kind_of = vec![0, 1, 0, 2];
+    spec.weft.kinds = [pressed(thin(2, 0.5, 0.8), 1.6), thin(4, 0.4, 1.3)].map(kind).to_vec();
+    spec.weft.kind_of = vec![1, 0, 0];
+    spec
+}
+
 fn mixed() -> ClothSpec {
     let mut spec = twill(2, 1, flat());
-    spec.weft.shape = thin(4, 0.5, 1.7);
+    spec.weft.kinds[0].shape = thin(4, 0.5, 1.7);
     spec.weft.spacing = vec![0.6; 3];
     spec
 }
@@ -125,8 +143,8 @@ fn compare(spec: &ClothSpec, size: [f64; 2], count: u64) -> usize {
         assert!(walked.occluded(&ray, f64::INFINITY), "{place}");
         assert!(walked.occluded(&ray, t + 1e-5) && !walked.occluded(&ray, t - 1e-5), "{place}");
     }
-    let flat =
-        [spec.warp.shape, spec.weft.shape].iter().all(|s| matches!(s, YarnShape::Flat { .. }));
+    let mut shapes = spec.warp.shapes().chain(spec.weft.shapes());
+    let flat = shapes.all(|shape| matches!(shape, YarnShape::Flat { .. }));
     assert!(ends > 0 || flat || count < 1_000, "no cut ends");
     hits
 }
@@ -152,12 +170,12 @@ fn patterns_are_met_where_brute_force_says() {
 #[test]
 fn pressed_yarns_are_met_where_brute_force_says() {
     let mut two_aspects = uneven();
-    two_aspects.warp.shape = pressed(two_aspects.warp.shape, 1.6);
-    two_aspects.weft.shape = pressed(two_aspects.weft.shape, 2.5);
+    press(&mut two_aspects.warp, 1.6);
+    press(&mut two_aspects.weft, 2.5);
     let mut with_ribbons = mixed();
-    with_ribbons.weft.shape = pressed(with_ribbons.weft.shape, 3.0);
+    press(&mut with_ribbons.weft, 3.0);
     let mut one_set = satin(thin(2, 1.0, -2.7));
-    one_set.warp.shape = pressed(one_set.warp.shape, 4.0);
+    press(&mut one_set.warp, 4.0);
     for spec in [two_aspects, with_ribbons, one_set, plain(pressed(thin(1, 1.0, 1.0), 1.3))] {
         let hits = compare(&spec, [5.5, 4.3], 1_500);
         assert!(hits > 500, "{hits}");
@@ -169,7 +187,7 @@ fn pressed_yarns_are_met_where_brute_force_says() {
 fn normals_of_a_pressed_yarn_are_those_of_an_ellipse() {
     let yarn = pressed(YarnShape::round(0.4, 1, 0.4, 1.0), 4.0);
     let mut spec = cloth([1, 1], |_, _| true, yarn);
-    spec.weft.shape = YarnShape::Flat { width: 0.1, thickness: 1e-3 };
+    spec.weft.kinds[0].shape = YarnShape::Flat { width: 0.1, thickness: 1e-3 };
     let swatch = swatch(&spec, [1.0, 1.0]);
     for step in 0..50 {
         let x = 0.39 * (f64::from(step) / 25.0 - 1.0);
@@ -193,6 +211,40 @@ fn uneven_cloth_is_met_where_brute_force_says() {
             assert!(compare(&spec, size, 1_500) > 250);
         }
     }
+}
+
+#[test]
+fn yarns_of_several_kinds_are_met_where_brute_force_says() {
+    for size in [[3.5, 1.85], [1.1, 0.4], [8.3, 7.7], [2.0, 12.0]] {
+        assert!(compare(&thick_and_thin(), size, 1_500) > 250);
+    }
+}
+
+#[test]
+fn a_set_of_equal_kinds_is_as_one_of_a_single_kind() {
+    let one = uneven();
+    let mut equal = uneven();
+    equal.warp.kinds = vec![one.warp.kinds[0]; 2];
+    equal.warp.kind_of = vec![0, 1, 1, 0];
+    let [one, equal] = [one, equal].map(|spec| swatch(&spec, [5.0, 6.0]));
+    for number in 0..3_000 {
+        let ray = random_ray(&mut Sampler::new(16, number, 0), [5.0, 6.0]);
+        let found = [&one, &equal].map(|swatch| swatch.nearest(&ray));
+        let [one, equal] = found.map(|hit| hit.map(|hit| (hit.t, hit.place.set, hit.place.yarn)));
+        assert_eq!(one, equal, "{ray:?}");
+    }
+}
+
+#[test]
+fn more_kinds_of_yarn_near_a_crossing_than_can_be_told_apart_are_refused() {
+    let mut spec = cloth([2, 80], |pick, end| (pick + end) % 2 == 0, thin(1, 1.0, 1.0));
+    spec.warp.spacing = (0..80).map(|end| if end % 40 == 0 { 20.0 } else { 0.02 }).collect();
+    let kind =
+        |end: u32| YarnKind { shape: thin(1, 2.0 + 0.01 * f64::from(end), 1.0), stiffness: 1.0 };
+    spec.warp.kinds = (0..80).map(kind).collect();
+    spec.warp.kind_of = (0..80).collect();
+    let error = Swatch::new(&spec, [1.0, 1.0], &Control::default()).unwrap_err().to_string();
+    assert!(error.contains("at most 64"), "{error}");
 }
 
 /// Rays along the axes, where the walk divides by zero.
@@ -234,7 +286,11 @@ fn ways_inside_plies_end_where_plies_do_or_others_begin() {
     // A thicker single ply would bend by less than its own radius.
     let rod = plain(thin(1, 0.7, 1.0));
     let thick = plain(thin(12, 1.2, 2.3));
-    for spec in [plain(thin(3, 0.9, 2.1)), satin(pressed(round(5), 1.7)), uneven(), rod, thick] {
+    let oval = satin(pressed(round(5), 1.7));
+    // Points lie inside no ribbon.
+    let mut thin_between = thick_and_thin();
+    thin_between.warp.kind_of[3] = 1;
+    for spec in [plain(thin(3, 0.9, 2.1)), oval, uneven(), rod, thick, thin_between] {
         let size = [3.7, 3.2];
         let swatch = swatch(&spec, size);
         let whole = WholeCloth::new(&spec, size);
@@ -306,7 +362,7 @@ fn ways_inside_plies_end_where_plies_do_or_others_begin() {
 fn yarns_follow_their_relaxed_curves() {
     let mut spec = uneven();
     let thread = YarnShape::round(1e-3, 1, 1e-3, 1.0);
-    (spec.warp.shape, spec.weft.shape) = (thread, thread);
+    (spec.warp.kinds[0].shape, spec.weft.kinds[0].shape) = (thread, thread);
     let thin = relax(&spec.bottom_up().relax_problem(), &Control::default()).unwrap();
     let size = [2.0 * 3.5, 2.0 * 1.85];
     let swatch = swatch(&spec, size);
@@ -378,7 +434,7 @@ fn thin_yarns_lie_in_the_order_of_the_drawdown() {
         {
             println!("{warp:?} {weft:?}");
             let mut spec = wide(warp);
-            spec.weft.shape = weft;
+            spec.weft.kinds[0].shape = weft;
             shows_its_drawdown(&spec);
         }
     }
@@ -440,7 +496,7 @@ fn plies_turn_as_often_as_their_pitch_says() {
     for plies in [2, 3, 5] {
         for pitch in [0.9, 2.0, -3.3, 6.6, 8.25, 23.0, 50.0] {
             let mut spec = plain(thread);
-            spec.warp.shape = YarnShape::round(0.2, plies, 0.03, pitch);
+            spec.warp.kinds[0].shape = YarnShape::round(0.2, plies, 0.03, pitch);
             let counted = tops(&swatch(&spec, [4.0, length]), length) as f64;
             let expected = plies as f64 * length / pitch.abs();
             let off = (counted - expected).abs();
@@ -456,7 +512,7 @@ fn tiles_repeat_all_over_the_swatch() {
     let [ends, picks] = [&spec.warp, &spec.weft];
     // Yarns repeat, as seen in the direction across them, when those that cross them do.
     let length = |own: &YarnSpec, other: &YarnSpec| {
-        let repeats = Twist::new(&other.shape, &own.spacing).repeats(own.spacing.len());
+        let repeats = Twist::new(&other.kinds[0].shape, &own.spacing).repeats(own.spacing.len());
         repeats as f64 * own.spacing.iter().sum::<f64>()
     };
     let repeats = [length(ends, picks), length(picks, ends)];

@@ -59,7 +59,8 @@ VALUES = [
     (bsdf(roughness=(0.1, 0.2, 0.3)), r"PlyBsdf\.roughness must be 2 numbers, not 3"),
     (bsdf(exit_roughness=(0.1, 1.5)), r"PlyBsdf\.exit_roughness\[1\] must be in \[0\.001, 1\]"),
     (bsdf(body="conservng"), r"PlyBsdf\.body .* not 'conservng'; the nearest is 'conserving'"),
-    (bsdf(body="paper"), r"PlyBsdf\.body .* one of 'conserving', 'printed', .* 'printed'"),
+    (lambda: pc.preset("wool"), r"the preset must be one of 'cotton1', .*, not 'wool'$"),
+    (bsdf(body="paper"), r"PlyBsdf\.body .* one of 'conserving', 'printed', not 'paper'$"),
     (lambda: pc.DiffuseBsdf(1.2), r"DiffuseBsdf\.reflectance must be in \[0, 1\], not 1\.2"),
     # Yarns.
     (yarn(radius_mm=0), r"RoundYarn\.radius_mm must be finite and greater than 0, not 0"),
@@ -212,6 +213,8 @@ FILES = [
     (changed(type=None), r"needs a key 'type', one of WeavePattern, PlyBsdf"),
     (changed(type=3), r"needs a key 'type'"),
     (changed(type="Fabrik"), r"type: 'Fabrik' is unknown; the nearest is 'Fabric'"),
+    (changed(type="Wool"), r"type: 'Wool' is unknown; there are 'WeavePattern', .* and \d+ more"),
+    (changed(thread=1), r"WeavePattern has no key 'thread'; there are 'rows'"),
     (changed(rows=None), r"WeavePattern lacks the key 'rows'"),
     (changed(row=["#."]), r"WeavePattern has no key 'row'; the nearest is 'rows'"),
     (changed(rows="#."), r"rows must be a list of rows"),

@@ -94,7 +94,8 @@ def test_render_takes_a_size_a_yarn_and_an_environment(draft, tmp_path):
 
 
 def test_a_named_yarn_keeps_its_twist_at_the_thickness_of_the_draft(draft):
-    yarn = cli.render._scaled_preset("rayon1", pc.read_wif(draft))
+    yarn, weft = cli.render._scaled_preset("rayon1", pc.read_wif(draft))
+    assert weft.radius_mm == pytest.approx(0.2)  # picks are half as far apart
     measured = pc.preset("rayon1")
     assert yarn.radius_mm == pytest.approx(0.4)  # 0.8 of the spacing of 1 mm is its diameter
     assert yarn.plies == 2
@@ -148,7 +149,8 @@ COMPARISONS = [
     (["cotton", "-o", "out.png"], "cotton: must be a draft (.wif), a fabric (.json), a picture"),
     (["rig.json", "-o", "out.png"], "rig.json: holds a PhotoRig, not a Fabric"),
     (["a.wif", "-o", "out.bmp"], "out.bmp: must end in one of"),
-    (["a.wif", "-o", "out.png", "--height", "2"], "height must be in [8, 65536]"),
+    (["a.wif", "-o", "out.png", "--height", "2"], "error: --height must be in [8, 65536]"),
+    (["a.wif", "-o", "out.png", "--size-mm", "0", "1"], "error: --size-mm[0] must be finite"),
     (["a.wif", "-o", "out.png", "--ground", "reddish"], "--ground: must be a colour such as"),
 ]
 
@@ -163,6 +165,25 @@ def test_bad_input_of_compare_is_one_line(arguments, message, tmp_path, monkeypa
     assert line.startswith("plycloth: error: ")
     assert message in line
     assert not (tmp_path / "out.png").exists()
+
+
+def test_render_takes_other_colours_and_end_one_at_the_right(draft, tmp_path):
+    given = pc.read_wif(draft)
+    changed = given.mirrored().recolored({1: "#aa3322"})
+    pc.write_wif(changed, tmp_path / "changed.wif")
+    options = ["--end-one", "right", "--recolor", "1=#aa3322"]
+    assert render(draft, tmp_path / "a.exr", *options) == 0
+    assert render(tmp_path / "changed.wif", tmp_path / "b.exr") == 0
+    assert pc.read_image(tmp_path / "a.exr") == pc.read_image(tmp_path / "b.exr")
+    assert render(draft, tmp_path / "c.exr") == 0
+    assert pc.read_image(tmp_path / "a.exr") != pc.read_image(tmp_path / "c.exr")
+
+
+@pytest.mark.parametrize("text", ["3", "red=#aa3322", "-1=#aa3322"])
+def test_a_colour_to_replace_has_a_number(draft, tmp_path, capsys, text):
+    with pytest.raises(SystemExit, match="2"):
+        render(draft, tmp_path / "out.png", f"--recolor={text}")
+    assert "--recolor: must be NUMBER=#RRGGBB, such as 3=#aa3322" in capsys.readouterr().err
 
 
 def test_render_says_what_it_did(draft, tmp_path, capsys):
@@ -308,17 +329,23 @@ RENDERS = [
     (["draft.wif", "-o", "out"], "out: must end in one of .exr, .png"),
     (["draft.wif", "-o", "nowhere/out.png"], "there is no folder nowhere"),
     (["broken.wif", "-o", "out.png"], "broken.wif"),
+    (["draft.wif", "-o", "out.png", "--light", "dya"], "--light must be one of 'day'"),
     (["draft.wif", "-o", "out.png", "--light", "dya"], "the nearest is 'day'"),
     (["draft.wif", "-o", "out.png", "--light", "none.exr"], "none.exr: No such file"),
     (["draft.wif", "-o", "out.png", "--yarn", "coton1"], "the nearest is 'cotton1'"),
     (["draft.wif", "-o", "out.png", "--ground", "#12"], "--ground: must be a colour such as"),
-    (["draft.wif", "-o", "out.png", "--spp", "0"], "spp"),
-    (["draft.wif", "-o", "out.png", "--width", "0"], "width"),
-    (["draft.wif", "-o", "out.png", "--size-mm", "1", "nan"], "size_mm"),
-    (["draft.wif", "-o", "out.png", "--seed", "-1"], "seed"),
-    (["draft.wif", "-o", "out.png", "--threads", "0"], "threads"),
+    (["fabric.json", "-o", "out.png", "--recolor", "1=#aa3322"], "--recolor: is for a draft"),
+    (["fabric.json", "-o", "out.png", "--end-one", "right"], "--end-one: is for a draft"),
     (["draft.wif", "-o", "out.png", "--dpi", "0"], "--dpi must be in [1, 65535], not 0.0"),
     (["draft.wif", "-o", "out.png", "--light", "none.hdr"], "none.hdr: No such file"),
+    (["draft.wif", "-o", "out.png", "--yarn", "wool"], "--yarn must be one of 'cotton1'"),
+    (["draft.wif", "-o", "out.png", "--recolor", "9=#aa3322"], "--recolor: the draft has no"),
+    (["draft.wif", "-o", "out.png", "--recolor", "1=red"], "--recolor must be # and six"),
+    (["draft.wif", "-o", "out.png", "--spp", "0"], "error: --spp must be"),
+    (["draft.wif", "-o", "out.png", "--width", "0"], "error: --width must be"),
+    (["draft.wif", "-o", "out.png", "--size-mm", "1", "nan"], "error: --size-mm"),
+    (["draft.wif", "-o", "out.png", "--seed", "-1"], "error: --seed must be"),
+    (["draft.wif", "-o", "out.png", "--threads", "0"], "error: --threads must be"),
 ]
 
 
@@ -340,6 +367,22 @@ FITS = [
     (["a.png", "b.png", "-o", "out", "--white", "1", "0", "300"], "--white: must be three codes"),
     (["a.png", "b.png", "-o", "out", "--draft", "none.wif"], "none.wif: No such file"),
 ]
+
+
+OPTIONS_OF_FIT = [
+    (["--width-mm", "-1"], "--width-mm must be finite and greater than 0, not -1.0"),
+    (["--cover", "0.8", "0.5"], "--cover must be (low, high), not (0.8, 0.5)"),
+    (["--exposure", "nan"], "--exposure must be finite and greater than 0, not nan"),
+    (["--seconds", "0"], "--seconds must be finite and greater than 0, not 0.0"),
+    (["--threads", "0"], "--threads must be in [1, 1024], not 0"),
+]
+
+
+@pytest.mark.parametrize(("given", "message"), OPTIONS_OF_FIT, ids=lambda value: str(value)[:20])
+def test_fit_names_its_own_options(given, message, photographs, tmp_path, capsys):
+    arguments = ["fit", *map(str, photographs), "-o", str(tmp_path / "out"), "--quiet"]
+    assert main([*arguments, *given]) == 2
+    assert capsys.readouterr().err == f"plycloth: error: {message}\n"
 
 
 @pytest.mark.parametrize(("arguments", "message"), FITS, ids=lambda value: str(value)[:50])

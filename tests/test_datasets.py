@@ -64,6 +64,13 @@ def test_unknown_names_come_with_the_nearest(no_folder, call, wrong, nearest):
         call(wrong)
 
 
+def test_of_names_like_no_other_the_message_lists_some_that_there_are(no_folder):
+    with pytest.raises(ValueError, match=r"'xyz' is unknown; there are '.*', '.*'$"):
+        datasets.photo_pair("xyz")
+    with pytest.raises(ValueError, match=r"there are '.*' and \d+ more$"):
+        datasets.path("xyz")
+
+
 def test_unknown_names_in_the_own_folder_come_with_the_nearest(folder):
     with pytest.raises(ValueError, match=r"nearest is 'hdr/sky\.exr'"):
         datasets.path("hdr/skyy.exr")

@@ -186,15 +186,15 @@ def test_a_draft_gives_linear_colors_spacings_and_radii():
     np.testing.assert_allclose(fabric.warp_colors, expected, atol=1e-7)
     assert fabric.warp_spacing_mm == 0.5
     np.testing.assert_array_equal(fabric.weft_spacing_mm, [0.4, 0.6])
-    assert fabric.warp.radius_mm == pytest.approx(0.2)
-    assert fabric.weft.radius_mm == pytest.approx(0.1)
+    assert [yarn.radius_mm for yarn in fabric.warp_kinds] == pytest.approx([0.15, 0.25])
+    assert [yarn.radius_mm for yarn in fabric.weft_kinds] == pytest.approx([0.1])
 
 
 def test_a_draft_takes_the_yarns_it_is_given():
     yarn = pc.FlatYarn(0.3, pc.DiffuseBsdf())
     fabric = pc.Fabric.from_draft(draft(), weft=yarn)
     assert fabric.weft == yarn
-    assert fabric.warp.radius_mm == pytest.approx(0.2)
+    assert [end.radius_mm for end in fabric.warp] == pytest.approx([0.15, 0.25])
 
 
 def test_presets_are_yarns():

@@ -131,12 +131,11 @@ def test_a_cut_file_is_an_error(tmp_path, picture):
             pc.read_image(file)
 
 
-@pytest.mark.parametrize(
-    ("name", "nearest"), [("a.exrr", ".exr"), ("a.pgn", ".png"), ("a.jpgg", ".jpg")]
-)
-def test_unknown_suffixes_come_with_the_nearest(picture, tmp_path, name, nearest):
-    valid = ".exr, .png, .tif, .tiff, .jpg, .jpeg"
-    with pytest.raises(pc.ImageError, match=f"one of {valid}; the nearest is {nearest}"):
+@pytest.mark.parametrize("name", ["a.exrr", "a.gif", "a.heic"])
+def test_unknown_suffixes_come_with_those_there_are(picture, tmp_path, name):
+    with pytest.raises(
+        pc.ImageError, match=r"must be one of .exr, .png, .tif, .tiff, .jpg, .jpeg$"
+    ):
         picture.save(tmp_path / name)
 
 

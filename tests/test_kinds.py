@@ -55,13 +55,20 @@ CAMERA = look_alike(SCENE.camera, "origin", "target", "up", "resolution", "width
             rf"Scene\.lights\[1\] must be a {LIGHTS}, {NOT}",
         ),
         (scene(camera=CAMERA), rf"Scene\.camera must be a Persp\w+ or Ortho\w+, {NOT}"),
-        (fabric_with(weft=yarn()), rf"Fabric\.weft must be a RoundYarn or FlatYarn, {NOT}"),
         (
-            fabric_with(warp=yarn_of(LAMP)),
+            fabric_with(weft_kinds=(yarn(),)),
+            rf"Fabric\.weft must be a RoundYarn or FlatYarn, {NOT}",
+        ),
+        (
+            fabric_with(warp_kinds=(plain_fabric().warp, yarn())),
+            rf"Fabric\.warp_kinds\[1\] must be a RoundYarn or FlatYarn, {NOT}",
+        ),
+        (
+            fabric_with(warp_kinds=(yarn_of(LAMP),)),
             rf"Fabric\.warp\.bsdf must be a PlyBsdf or DiffuseBsdf, {NOT}",
         ),
     ],
-    ids=["light", "camera", "yarn", "bsdf"],
+    ids=["light", "camera", "yarn", "kind", "bsdf"],
 )
 def test_the_core_takes_no_look_alikes(given, message):
     with pytest.raises(TypeError, match=message):

@@ -198,6 +198,7 @@ def test_colors_keep_their_order():
     ("given", "message"),
     [
         ({"light": "dya"}, "the nearest is 'day'"),
+        ({"light": "missing.hdr"}, r"must be one of 'day', .*, not 'missing\.hdr'$"),
         ({"light": []}, "at least one light"),
         ({"width": 0}, "width"),
         ({"width": 2.5}, "width"),

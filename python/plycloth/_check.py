@@ -63,10 +63,30 @@ COORDINATE = Range(-1e9, 1e9)
 # Of light: pictures are single precision, their variances too.
 RADIOMETRIC = Range(0.0, 1e15)
 
+# How alike two names are at least (2 x the letters that match / all letters) for one to be taken
+# for a slip in the other.
+SLIP = 0.6
+# Names that a message lists, where there may be any number.
+MOST_LISTED = 12
 
-def nearest(name: str, choices: Iterable[str]) -> str:
-    """Return the choice that is spelt most like `name`."""
-    return difflib.get_close_matches(name, list(choices), n=1, cutoff=0.0)[0]
+
+def nearest(name: str, choices: Iterable[str]) -> str | None:
+    """Return the choice that `name` is a slip in, whatever its case; None: it is like none."""
+    by_lower_case = {choice.lower(): choice for choice in reversed(list(choices))}
+    near = difflib.get_close_matches(name.lower(), by_lower_case, n=1, cutoff=SLIP)
+    return by_lower_case[near[0]] if near else None
+
+
+def hint(name: str, choices: Iterable[str]) -> str:
+    """Return what may have been meant, "the nearest is ..."; or what there is if none is near."""
+    choices = list(choices)
+    if (near := nearest(name, choices)) is not None:
+        return f"the nearest is {near!r}"
+    if not choices:
+        return "there are none"
+    shown = _list(choices[:MOST_LISTED])
+    left = len(choices) - MOST_LISTED
+    return f"there are {shown}" + (f" and {left} more" if left > 0 else "")
 
 
 def number(valid: Range) -> Check:
@@ -165,13 +185,12 @@ def choice(*options: str) -> Check:
 
 
 def known_name(what: str, name: str, options: Iterable[str]) -> str:
-    """Return `name` if it is one of the options, else raise an error with the nearest one."""
+    """Return `name` if it is one of the options, else raise an error that lists them."""
     options = list(options)
     if name not in options:
-        raise ParameterError(
-            f"{what} must be one of {_list(options)}, not {name!r};"
-            f" the nearest is {nearest(name, options)!r}"
-        )
+        near = nearest(name, options)
+        meant = "" if near is None else f"; the nearest is {near!r}"
+        raise ParameterError(f"{what} must be one of {_list(options)}, not {name!r}{meant}")
     return name
 
 

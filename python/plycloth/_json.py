@@ -2,7 +2,8 @@
 
 A file holds one object. Its key "plycloth" is the version of the format; every object's key "type"
 is the name of a class, and its other keys are all the fields of that class. A weave pattern is
-written as its rows from the top, '#' where the warp is on the face and '.' where the weft is.
+written as its rows from the top, '#' where the warp is on the face and '.' where the weft is; a
+fabric's yarns that differ as the type "Yarns": each different one, and their order.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from typing import Any, TypeVar, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from plycloth._check import nearest
+from plycloth._check import hint
 from plycloth._value import Description
 from plycloth.bsdf import Bsdf
 from plycloth.camera import Camera
@@ -26,9 +27,11 @@ from plycloth.rig import PhotoRig
 from plycloth.scene import Scene, Swatch
 from plycloth.weave import WeavePattern
 from plycloth.yarn import Yarn
+from plycloth.yarn_set import kinds_of
 
 FORMAT = 1
 MAX_EMBEDDED_PIXELS = 64
+YARNS = "Yarns"
 
 _KINDS: dict[str, type[Any]] = {
     kind.__name__: kind
@@ -126,6 +129,10 @@ def _encode(value: Any, folder: Path) -> Any:
         return _encode_fields(value, folder)
     if isinstance(value, np.ndarray):
         return value.tolist()
+    if isinstance(value, tuple) and value and isinstance(value[0], get_args(Yarn)):
+        kinds, order = kinds_of(value, len(value))
+        yarns = [_encode(yarn, folder) for yarn in kinds]
+        return {"type": YARNS, "yarns": yarns, "order": order.tolist()}
     if isinstance(value, tuple):
         return [_encode(part, folder) for part in value]
     return value
@@ -203,6 +210,8 @@ class _Reader:
         return node
 
     def _object(self, node: dict[str, Any], where: str) -> Any:
+        if node.get("type") == YARNS:
+            return self._yarns(node, where)
         kind = self._kind(node, where)
         content = {key: value for key, value in node.items() if key != "type"}
         self._check_keys(content, _keys(kind), kind.__name__, where)
@@ -216,20 +225,31 @@ class _Reader:
         except (ValueError, TypeError) as error:
             raise self._error(where, str(error)) from error
 
+    def _yarns(self, node: dict[str, Any], where: str) -> list[Any]:
+        self._check_keys(node, ["type", "yarns", "order"], YARNS, where)
+        yarns, order = node["yarns"], node["order"]
+        if not isinstance(yarns, list) or not isinstance(order, list):
+            raise self._error(where, "yarns and order must be lists")
+        kinds = self._decode(yarns, _join(where, "yarns"))
+        for i, number in enumerate(order):
+            if type(number) is not int or not 0 <= number < len(kinds):
+                problem = f"must be a whole number from 0 to {len(kinds) - 1}, not {number!r}"
+                raise self._error(_join(where, f"order[{i}]"), problem)
+        return [kinds[number] for number in order]
+
     def _kind(self, node: dict[str, Any], where: str) -> type[Any]:
         name = node.get("type")
         if not isinstance(name, str):
             raise self._error(where, f"needs a key 'type', one of {', '.join(_KINDS)}")
         if name not in _KINDS:
-            near = nearest(name, _KINDS)
-            raise self._error(_join(where, "type"), f"{name!r} is unknown; the nearest is {near!r}")
+            problem = f"{name!r} is unknown; {hint(name, _KINDS)}"
+            raise self._error(_join(where, "type"), problem)
         return _KINDS[name]
 
     def _check_keys(self, node: dict[str, Any], keys: list[str], kind: str, where: str) -> None:
         for key in node:
             if key not in keys:
-                near = nearest(key, keys)
-                raise self._error(where, f"{kind} has no key {key!r}; the nearest is {near!r}")
+                raise self._error(where, f"{kind} has no key {key!r}; {hint(key, keys)}")
         for key in keys:
             if key not in node and (kind, key) not in _ADDED:
                 raise self._error(where, f"{kind} lacks the key {key!r}")

@@ -8,6 +8,9 @@ import numpy as np
 
 from plycloth._check import Check
 
+# Longer sequences are counted in a printed form, not listed.
+LONGEST_SHOWN = 8
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Description:
@@ -72,4 +75,6 @@ def _is_default(each: "Field[Any]", value: Any) -> bool:
 def _short(value: Any) -> str:
     if isinstance(value, np.ndarray):
         return f"<{' x '.join(map(str, value.shape))} array>"
+    if isinstance(value, tuple) and len(value) > LONGEST_SHOWN:
+        return f"<{len(value)} values, {len(set(value))} different>"
     return repr(value)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from plycloth._check import choice, instance
+from plycloth._check import ParameterError, choice, instance, integer
 from plycloth.fabric import Fabric
 from plycloth.scene import Swatch
 from plycloth.yarn import RoundYarn, Yarn
@@ -27,7 +28,7 @@ _yarns = choice("warp", "weft")
 
 @dataclass(frozen=True, eq=False)
 class PlyCurves:
-    """The plies of all ends, or of all picks, of a swatch.
+    """The plies of all ends, or of all picks, of one kind of a swatch.
 
     Attributes
     ----------
@@ -43,8 +44,8 @@ class PlyCurves:
     radii_mm: tuple[float, float]
 
 
-def ply_curves(swatch: Swatch, yarns: str) -> PlyCurves:
-    """Compute the plies of all ends, or of all picks, of a swatch as curves.
+def ply_curves(swatch: Swatch, yarns: str, *, kind: int | None = None) -> PlyCurves:
+    """Compute the plies of all ends, or of all picks, of one kind of a swatch as curves.
 
     Joints are those that plycloth renders (section 3.2), apart from the rounding of heights and of
     the twist that lets it share equal pieces. Where the swatch ends within a repeat, curves end at
@@ -57,17 +58,22 @@ def ply_curves(swatch: Swatch, yarns: str) -> PlyCurves:
         The cloth.
     yarns
         "warp" for the ends, "weft" for the picks.
+    kind
+        Which of `Fabric.warp_kinds` or `Fabric.weft_kinds`, since yarns that differ need not have
+        as many plies or joints. None: the only one.
 
     Raises
     ------
     ParameterError
-        If `yarns` is neither.
+        If `yarns` is neither, or there is no such kind, or `kind` is None where there are several.
     TypeError
         If `swatch` is not a Swatch.
     """
     fabric = _swatch("swatch", swatch).fabric
     is_warp = _yarns("yarns", yarns) == "warp"
-    yarn = fabric.warp if is_warp else fabric.weft
+    number = _kind(yarns, fabric.warp_kinds if is_warp else fabric.weft_kinds, kind)
+    yarn = (fabric.warp_kinds if is_warp else fabric.weft_kinds)[number]
+    kind_of = fabric.end_kind if is_warp else fabric.pick_kind
     extent = np.asarray(swatch.extent_mm)
     repeats = np.ceil(extent / fabric.repeat_mm - ROUNDING).astype(int)
     # Along the yarns and across them.
@@ -76,7 +82,7 @@ def ply_curves(swatch: Swatch, yarns: str) -> PlyCurves:
     )
     slots, widths = _spacings(fabric, is_warp)
     position = np.cumsum(np.tile(widths, across)) - 0.5 * np.tile(widths, across)
-    inside = position < breadth
+    inside = (position < breadth) & np.tile(kind_of == number, across)
     knots = np.append(0.0, np.cumsum(np.repeat(0.5 * np.tile(slots, along), 2)))
     # Ends run upwards from below the swatch if that ends within a repeat: its top is a repeat's.
     start = max(0.0, knots[-1] - length) if is_warp else 0.0
@@ -94,6 +100,16 @@ def ply_curves(swatch: Swatch, yarns: str) -> PlyCurves:
     # Ends run along +y with their side to +x, picks along +x with their side to -y.
     parts = [aside, forward, up] if is_warp else [forward, -aside, up]
     return PlyCurves(np.stack(parts, axis=-1), _radii(yarn))
+
+
+def _kind(yarns: str, kinds: Sequence[Yarn], kind: int | None) -> int:
+    if kind is None and len(kinds) > 1:
+        raise ParameterError(
+            f"kind must say which of the fabric's {len(kinds)} different yarns in its {yarns},"
+            f" from 0 to {len(kinds) - 1}"
+        )
+    checked: int = integer(0, len(kinds) - 1)("kind", 0 if kind is None else kind)
+    return checked
 
 
 def _radii(yarn: Yarn) -> tuple[float, float]:

@@ -11,7 +11,6 @@ import tomllib
 import warnings
 from collections.abc import Iterable
 from dataclasses import dataclass
-from difflib import get_close_matches
 from functools import cache
 from pathlib import Path, PurePosixPath
 from urllib.parse import quote
@@ -22,6 +21,8 @@ with warnings.catch_warnings():
     # It loads tqdm's bar for notebooks, which warns where there is no ipywidgets.
     warnings.simplefilter("ignore", TqdmWarning)
     import pooch
+
+from plycloth._check import hint
 
 FOLDER_VARIABLE = "PLYCLOTH_DATA"
 
@@ -89,7 +90,7 @@ def names(folder: str = "") -> tuple[str, ...]:
     Raises
     ------
     ValueError
-        On a folder that holds nothing, naming the nearest one.
+        On a folder that holds nothing, naming the nearest one or those there are.
     DatasetError
         If ``PLYCLOTH_DATA`` names no folder.
     """
@@ -119,7 +120,7 @@ def path(name: str) -> Path:
     Raises
     ------
     ValueError
-        On an unknown name, naming the nearest one.
+        On an unknown name, naming the nearest one or those there are.
     DatasetError
         If ``PLYCLOTH_DATA`` names no folder or the folder lacks the file; without it, if the file
         cannot be downloaded or its checksum is not the registered one.
@@ -239,7 +240,4 @@ def _url(source: dict[str, str], file: str) -> str | None:
 
 
 def _unknown(what: str, name: str, known: Iterable[str]) -> ValueError:
-    by_lower_case = {choice.lower(): choice for choice in sorted(known)}
-    nearest = get_close_matches(name.lower(), by_lower_case, n=1, cutoff=0)
-    hint = f"the nearest is {by_lower_case[nearest[0]]!r}" if nearest else "there are none"
-    return ValueError(f"{what}: {name!r} is unknown; {hint}")
+    return ValueError(f"{what}: {name!r} is unknown; {hint(name, sorted(known))}")

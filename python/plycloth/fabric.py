@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Annotated, Any, Self
 
@@ -27,14 +28,15 @@ from plycloth.overlap import Overlaps
 from plycloth.progress import Progress, relaxing
 from plycloth.weave import WeavePattern
 from plycloth.yarn import FlatYarn, RoundYarn, Yarn
+from plycloth.yarn_set import Yarns, kinds_of, one_or_each
 
 if TYPE_CHECKING:
     from plycloth.draft import Draft
     from plycloth.relax import Relaxed
 
 FloatArray = NDArray[np.float64]
-AnyYarn = Annotated[Yarn, instance(RoundYarn, FlatYarn)]
 AnyPattern = Annotated[WeavePattern, instance(WeavePattern)]
+AnyYarns = Annotated[Yarns, one_or_each]
 Spacing = Annotated[float | FloatArray, number_or_array(POSITIVE)]
 Colors = Annotated[FloatArray | None, optional(array((None, 3), UNIT))]
 Stiffness = Annotated[float, number(POSITIVE)]
@@ -44,7 +46,8 @@ MAX_HALF_WIDTH = 2.0
 # A spacing below this part of the mean lets very many yarns lie on each other.
 MIN_SPACING = 1.0 / 256.0
 
-# A pitch below this part of a crossing would need very many segments.
+# A pitch below this part of a crossing would need very many segments: it is an error where a yarn
+# has it, and no yarn's that leaves its pitch open.
 MIN_PITCH = 0.125
 
 # The albedo that a draft's white stands for: that of bleached cotton, not a perfect reflector.
@@ -63,7 +66,8 @@ class Fabric(Saved):
     pattern
         Which yarn is on the face at each crossing, picks x ends.
     warp, weft
-        The yarn of all ends and that of all picks.
+        The yarn of all ends and that of all picks; or a sequence of yarns, one per end, or one per
+        pick from the top. They may differ in all they have.
     warp_spacing_mm
         Distance between neighbouring ends in millimetres, greater than 0: one number, or an
         array of one per end, the width that the end takes up in the repeat.
@@ -89,8 +93,8 @@ class Fabric(Saved):
     """
 
     pattern: AnyPattern
-    warp: AnyYarn
-    weft: AnyYarn
+    warp: AnyYarns
+    weft: AnyYarns
     warp_spacing_mm: Spacing
     weft_spacing_mm: Spacing
     warp_colors: Colors = None
@@ -102,8 +106,8 @@ class Fabric(Saved):
         def __init__(
             self,
             pattern: WeavePattern,
-            warp: Yarn,
-            weft: Yarn,
+            warp: Yarns,
+            weft: Yarns,
             warp_spacing_mm: NumberOrNumbers,
             weft_spacing_mm: NumberOrNumbers,
             warp_colors: ArrayLike | None = ...,
@@ -117,17 +121,17 @@ class Fabric(Saved):
         _check_count("weft_spacing_mm", self.weft_spacing_mm, "picks", self.pattern.picks)
         _check_count("warp_colors", self.warp_colors, "ends", self.pattern.ends)
         _check_count("weft_colors", self.weft_colors, "picks", self.pattern.picks)
-        _check_width("warp", self.warp, self.warp_spacing_mm)
-        _check_width("weft", self.weft, self.weft_spacing_mm)
-        _check_pitch("warp", self.warp, self.weft_spacing_mm)
-        _check_pitch("weft", self.weft, self.warp_spacing_mm)
+        _check_count("warp", self.warp, "ends", self.pattern.ends)
+        _check_count("weft", self.weft, "picks", self.pattern.picks)
+        _check_yarns("warp", self.warp, self.warp_spacing_mm, self.weft_spacing_mm)
+        _check_yarns("weft", self.weft, self.weft_spacing_mm, self.warp_spacing_mm)
 
     @classmethod
     def from_draft(
         cls,
         draft: Draft,
-        warp: Yarn | None = None,
-        weft: Yarn | None = None,
+        warp: Yarns | None = None,
+        weft: Yarns | None = None,
         *,
         progress: Progress = None,
     ) -> Self:
@@ -138,16 +142,16 @@ class Fabric(Saved):
         draft
             Gives the pattern, the spacings and, decoded to linear light, the colours.
         warp, weft
-            The yarns. None: a three-ply yarn whose radius is half the median thickness that the
-            draft gives, pressed and if need be narrowed as `fitted` does it, and whose plies are as
-            white as bleached cotton where the draft is white. A yarn that is given stays as it is.
+            The yarns. None: three-ply yarns, each as thick as the draft says of its thread,
+            pressed and if need be narrowed as `fitted` does it, and whose plies are as white as
+            bleached cotton where the draft is white. Yarns that are given stay as they are.
         progress
             As for `fitted`.
 
         Raises
         ------
         ParameterError
-            If the draft's yarns are too thick for its spacings.
+            If yarns that are given are too thick for the draft's spacings.
         """
         from plycloth.draft import Draft
 
@@ -155,8 +159,8 @@ class Fabric(Saved):
             raise TypeError(f"draft must be a Draft, not {type(draft).__name__}")
         fabric = cls(
             pattern=draft.pattern,
-            warp=warp or default_yarn(draft.warp_thickness),
-            weft=weft or default_yarn(draft.weft_thickness),
+            warp=draft_yarns(draft.warp_thickness, draft.warp_spacing) if warp is None else warp,
+            weft=draft_yarns(draft.weft_thickness, draft.weft_spacing) if weft is None else weft,
             warp_spacing_mm=_number_if_even(draft.warp_spacing),
             weft_spacing_mm=_number_if_even(draft.weft_spacing),
             warp_colors=decode(draft.warp_colors),
@@ -165,7 +169,11 @@ class Fabric(Saved):
         if warp is not None and weft is not None:
             return fabric
         fitted = fabric.fitted(progress=progress)
-        return replace(fitted, warp=warp or fitted.warp, weft=weft or fitted.weft)
+        return replace(
+            fitted,
+            warp=fitted.warp if warp is None else warp,
+            weft=fitted.weft if weft is None else weft,
+        )
 
     def overlaps(self) -> Overlaps:
         """Find where yarns overlap: relaxation keeps them apart at the crossings' centres alone.
@@ -178,10 +186,11 @@ class Fabric(Saved):
     def fitted(self, *, progress: Progress = None) -> Self:
         """Return the fabric with yarns that do not overlap by more than 2% of their thickness.
 
-        Yarns that overlap are pressed oval: as wide as they were, but no wider than half the least
-        distance between neighbours on each side, and as round as fits, down to a third of the
-        width. Where that is not enough all yarns are narrowed by one factor. At a crossing pressed
-        yarns keep half of the distance of the round ones (`collision_radius_mm`), since wide yarns
+        Yarns that overlap are pressed oval: as wide as they were, but no wider than their
+        neighbours leave room for (of two that would meet, both are narrowed by one factor, and with
+        them all yarns that are alike), and as round as fits, down to a third of the width. Where
+        that is not enough all yarns are narrowed by one factor. At a crossing pressed yarns keep
+        half of the distance of the round ones (`collision_radius_mm`), since wide yarns
         that touch there cut into each other beside it. Ribbons keep their width as far as it does
         not exceed the distance between neighbours. Plies, pitch and BSDF stay. The time is that
         of one relaxation, up to two short ones, and some tests of all crossings.
@@ -194,7 +203,11 @@ class Fabric(Saved):
         """
         with relaxing(progress, total=None) as report:
             warp, weft = _plycloth.fitted(self, progress=report)
-        return replace(self, warp=_resized(self.warp, *warp), weft=_resized(self.weft, *weft))
+        return replace(
+            self,
+            warp=_refit(self.warp, self.warp_kinds, self.end_kind, warp),
+            weft=_refit(self.weft, self.weft_kinds, self.pick_kind, weft),
+        )
 
     def turned_over(self) -> Self:
         """Return the same cloth with its back to the viewer, turned about the warp direction.
@@ -211,7 +224,8 @@ class Fabric(Saved):
 
     def overlaps_of(self, depth_mm: FloatArray) -> Overlaps:
         """Return depths (picks x ends, in millimetres) with what they are measured by."""
-        return Overlaps(self.pattern, depth_mm, min(self.warp.thickness, self.weft.thickness))
+        thinnest = min(yarn.thickness for yarn in (*self.warp_kinds, *self.weft_kinds))
+        return Overlaps(self.pattern, depth_mm, thinnest)
 
     def relaxed(self) -> Relaxed:
         """Relax the yarns' heights (section 3.1).
@@ -223,14 +237,40 @@ class Fabric(Saved):
         unit = self.unit_mm
         return relax(
             self.pattern,
-            warp_radius=self.warp.collision_radius / unit,
-            weft_radius=self.weft.collision_radius / unit,
-            warp_stiffness=self.warp.stiffness,
-            weft_stiffness=self.weft.stiffness,
+            warp_radius=_each(self.warp_kinds, self.end_kind, "collision_radius") / unit,
+            weft_radius=_each(self.weft_kinds, self.pick_kind, "collision_radius") / unit,
+            warp_stiffness=_each(self.warp_kinds, self.end_kind, "stiffness"),
+            weft_stiffness=_each(self.weft_kinds, self.pick_kind, "stiffness"),
             collision_stiffness=self.collision_stiffness,
             warp_spacing=self.warp_spacing_mm / unit,
             weft_spacing=self.weft_spacing_mm / unit,
         )
+
+    @property
+    def warp_kinds(self) -> tuple[Yarn, ...]:
+        """The different yarns of the ends, in the order of their first ends.
+
+        They are as they are rendered: a round yarn that leaves its pitch open has one of at least
+        an eighth of the picks' spacing.
+        """
+        kinds = kinds_of(self.warp, self.pattern.ends)[0]
+        return tuple(_with_pitch(yarn, self.weft_spacing_mm) for yarn in kinds)
+
+    @property
+    def weft_kinds(self) -> tuple[Yarn, ...]:
+        """The same of the picks."""
+        kinds = kinds_of(self.weft, self.pattern.picks)[0]
+        return tuple(_with_pitch(yarn, self.warp_spacing_mm) for yarn in kinds)
+
+    @property
+    def end_kind(self) -> NDArray[np.uint32]:
+        """Which of `warp_kinds` each end is, one number per end."""
+        return kinds_of(self.warp, self.pattern.ends)[1]
+
+    @property
+    def pick_kind(self) -> NDArray[np.uint32]:
+        """Which of `weft_kinds` each pick is, one number per pick."""
+        return kinds_of(self.weft, self.pattern.picks)[1]
 
     @property
     def end_spacing(self) -> FloatArray:
@@ -266,24 +306,46 @@ def _per_yarn(spacing: float | FloatArray, count: int) -> FloatArray:
     return np.broadcast_to(np.asarray(spacing, np.float64), (count,))
 
 
-def _check_count(name: str, values: float | FloatArray | None, yarns: str, count: int) -> None:
-    if isinstance(values, np.ndarray) and len(values) != count:
+def _each(
+    kinds: Sequence[Yarn], kind_of: NDArray[np.uint32], measure: str
+) -> np.float64 | FloatArray:
+    """Return a measure of the yarns: one number if they are alike, else one per thread."""
+    values = np.array([getattr(yarn, measure) for yarn in kinds])
+    return values[0] if len(kinds) == 1 else values[kind_of]
+
+
+def _check_count(name: str, values: object, yarns: str, count: int) -> None:
+    if isinstance(values, np.ndarray | tuple) and len(values) != count:
+        what = "yarn" if isinstance(values, tuple) else "row"
         raise ParameterError(
-            f"Fabric.{name} must have one row for each of the pattern's {count} {yarns},"
+            f"Fabric.{name} must have one {what} for each of the pattern's {count} {yarns},"
             f" not {len(values)}"
         )
 
 
-def _check_width(name: str, yarn: Yarn, spacing: float | FloatArray) -> None:
+def _check_yarns(
+    name: str, yarns: Yarns, spacing: float | FloatArray, crossing: float | FloatArray
+) -> None:
     mean = float(np.mean(spacing))
     if np.min(spacing) < MIN_SPACING * mean:
         raise ParameterError(
             f"Fabric.{name}_spacing_mm must be at least 1/256 of its mean, {MIN_SPACING * mean:g},"
             f" not {np.min(spacing):g}"
         )
+    if not isinstance(yarns, Sequence):
+        _check_width(f"Fabric.{name}", yarns, mean)
+        _check_pitch(f"Fabric.{name}", yarns, crossing)
+        return
+    for yarn in kinds_of(yarns, len(yarns))[0]:
+        place = f"Fabric.{name}[{yarns.index(yarn)}]"
+        _check_width(place, yarn, mean)
+        _check_pitch(place, yarn, crossing)
+
+
+def _check_width(name: str, yarn: Yarn, mean: float) -> None:
     if yarn.half_width > MAX_HALF_WIDTH * mean:
         raise ParameterError(
-            f"Fabric.{name} must have a radius (or half width) of at most {MAX_HALF_WIDTH:g}"
+            f"{name} must have a radius (or half width) of at most {MAX_HALF_WIDTH:g}"
             f" spacings, {MAX_HALF_WIDTH * mean:g} mm, not {yarn.half_width:g} mm:"
             " a wider yarn would pass through its second neighbours"
         )
@@ -291,21 +353,70 @@ def _check_width(name: str, yarn: Yarn, spacing: float | FloatArray) -> None:
 
 def _check_pitch(name: str, yarn: Yarn, crossing: float | FloatArray) -> None:
     least = MIN_PITCH * float(np.mean(crossing))
-    if isinstance(yarn, RoundYarn) and yarn.plies > 1 and abs(yarn.pitch) < least:
+    if not isinstance(yarn, RoundYarn) or yarn.plies == 1 or yarn.pitch_mm is None:
+        return
+    if abs(yarn.pitch) < least:
         raise ParameterError(
-            f"Fabric.{name} must have a pitch of at least {MIN_PITCH:g} of the crossing yarns'"
+            f"{name} must have a pitch of at least {MIN_PITCH:g} of the crossing yarns'"
             f" spacing, {least:g} mm, not {abs(yarn.pitch):g} mm"
         )
 
 
-def default_yarn(thickness_mm: FloatArray) -> RoundYarn:
-    """Return the yarn that stands for those of a draft."""
+def _with_pitch(yarn: Yarn, crossing: float | FloatArray) -> Yarn:
+    """Return the yarn, with a pitch if it leaves that open and is thin where others are far."""
+    least = MIN_PITCH * float(np.mean(crossing))
+    if isinstance(yarn, RoundYarn) and yarn.pitch_mm is None and yarn.pitch < least:
+        return replace(yarn, pitch_mm=least)
+    return yarn
+
+
+def draft_yarns(
+    thickness_mm: FloatArray, spacing_mm: FloatArray, like: RoundYarn | None = None
+) -> Yarns:
+    """Return yarns that stand for those of a draft: one, or one per thread if they differ.
+
+    Parameters
+    ----------
+    thickness_mm, spacing_mm
+        Diameter and slot of each thread. None is made thicker than `Fabric` takes, four mean
+        slots; `Fabric.fitted` narrows them to less.
+    like
+        Gives plies and pitch, as parts of its radius. None: three plies, a pitch of 8 radii.
+    """
+    widest = 2.0 * MAX_HALF_WIDTH * float(np.mean(spacing_mm))
+    thickness = np.minimum(thickness_mm, widest)
+    known = {value: _draft_yarn(value, like) for value in np.unique(thickness).tolist()}
+    if len(known) == 1:
+        return next(iter(known.values()))
+    return tuple(known[value] for value in thickness.tolist())
+
+
+def _draft_yarn(thickness_mm: float, like: RoundYarn | None) -> RoundYarn:
     bsdf = PlyBsdf(base_color=(WHITE_ALBEDO,) * 3, transmitted_color=(WHITE_ALBEDO,) * 3)
-    return RoundYarn(radius_mm=0.5 * float(np.median(thickness_mm)), bsdf=bsdf)
+    yarn = RoundYarn(radius_mm=0.5 * thickness_mm, bsdf=bsdf)
+    if like is None:
+        return yarn
+    return replace(yarn, plies=like.plies, pitch_mm=like.pitch * yarn.radius_mm / like.radius_mm)
 
 
 def _number_if_even(spacing: FloatArray) -> float | FloatArray:
     return float(spacing[0]) if np.ptp(spacing) == 0.0 else spacing
+
+
+def _refit(
+    yarns: Yarns,
+    kinds: Sequence[Yarn],
+    kind_of: NDArray[np.uint32],
+    measures: Sequence[tuple[float, float, float]],
+) -> Yarns:
+    """Return yarns with other measures for each kind."""
+    resized = [_resized(yarn, *new) for yarn, new in zip(kinds, measures, strict=True)]
+    if not isinstance(yarns, Sequence):
+        return yarns if resized[0] is kinds[0] else resized[0]
+    return tuple(
+        yarn if resized[kind] is kinds[kind] else resized[kind]
+        for yarn, kind in zip(yarns, kind_of, strict=True)
+    )
 
 
 def _resized(yarn: Yarn, half_width: float, thickness: float, collision: float) -> Yarn:

@@ -6,10 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plycloth._check import POSITIVE, ParameterError, integer, number, vector
-from plycloth.bsdf import PlyBsdf
+from plycloth.bsdf import Bsdf, PlyBsdf
 from plycloth.cells import cell_averages
 from plycloth.lens import Lens
 from plycloth.scene import Scene
+from plycloth.yarn import Yarn
 
 FloatArray = NDArray[np.float64]
 
@@ -33,10 +34,23 @@ def start_bsdfs(scenes: Sequence[Scene]) -> list[PlyBsdf]:
         raise ParameterError("scenes must all show the same fabric")
     if fabric.warp_colors is not None or fabric.weft_colors is not None:
         raise ParameterError("a fabric to be fitted must have no warp_colors and weft_colors")
-    bsdfs = [fabric.warp.bsdf, fabric.weft.bsdf]
+    bsdfs = [
+        _bsdf_of("warp", fabric.warp_kinds),
+        _bsdf_of("weft", fabric.weft_kinds),
+    ]
     if not all(isinstance(bsdf, PlyBsdf) for bsdf in bsdfs):
         raise ParameterError("a fabric to be fitted must have a PlyBsdf on warp and weft")
     return [bsdf for bsdf in bsdfs if isinstance(bsdf, PlyBsdf)]
+
+
+def _bsdf_of(name: str, kinds: Sequence[Yarn]) -> Bsdf:
+    """Return the BSDF that the yarns of a set share, whatever their shapes."""
+    if any(yarn.bsdf != kinds[0].bsdf for yarn in kinds):
+        raise ParameterError(
+            f"a fabric to be fitted must have one BSDF for all yarns of its {name}, though they may"
+            " differ in shape"
+        )
+    return kinds[0].bsdf
 
 
 def start_lenses(lenses: Sequence[Lens] | None, pictures: int) -> list[Lens]:

@@ -158,7 +158,7 @@ class FitResult:
     @property
     def bsdfs(self) -> tuple[PlyBsdf, PlyBsdf]:
         """The fitted BSDFs of warp and weft."""
-        warp, weft = self.fabric.warp.bsdf, self.fabric.weft.bsdf
+        warp, weft = self.fabric.warp_kinds[0].bsdf, self.fabric.weft_kinds[0].bsdf
         assert isinstance(warp, PlyBsdf)
         assert isinstance(weft, PlyBsdf)
         return warp, weft

@@ -3,8 +3,6 @@
 from os import PathLike, fspath
 from pathlib import Path
 
-from plycloth._check import nearest
-
 PathOrStr = str | PathLike[str]
 
 HEIC = (".heic", ".heif")
@@ -26,6 +24,5 @@ def checked_suffix(path: PathOrStr, valid: tuple[str, ...]) -> str:
     if suffix in valid:
         return suffix
     raise ImageError(
-        f"{fspath(path)}: has the suffix {suffix!r}, but must be one of {', '.join(valid)}; "
-        f"the nearest is {nearest(suffix, valid)}"
+        f"{fspath(path)}: has the suffix {suffix!r}, but must be one of {', '.join(valid)}"
     )

@@ -46,7 +46,8 @@ def to_mitsuba(scene: Scene, folder: str | Path, *, max_depth: int | None = None
     scene
         Its yarns must be round and diffuse, without colours of their own.
     folder
-        Where the files go from which Mitsuba reads curves: `warp.txt` and `weft.txt`.
+        Where the files go from which Mitsuba reads curves: `warp.txt` and `weft.txt`, or, where
+        yarns of a set differ, `warp_0.txt` and so on, one for each of `Fabric.warp_kinds`.
     max_depth
         Segments of the longest path, counted as by `Renderer`.
 
@@ -69,14 +70,16 @@ def to_mitsuba(scene: Scene, folder: str | Path, *, max_depth: int | None = None
     }
     plugin |= {f"light_{i}": light(each) for i, each in enumerate(scene.lights)}
     fabric = scene.swatch.fabric
-    for name, yarn, colors in (
-        ("warp", fabric.warp, fabric.warp_colors),
-        ("weft", fabric.weft, fabric.weft_colors),
+    for name, kinds, colors in (
+        ("warp", fabric.warp_kinds, fabric.warp_colors),
+        ("weft", fabric.weft_kinds, fabric.weft_colors),
     ):
         if colors is not None:
             raise ParameterError(f"Fabric.{name}_colors must be None: a curve has one colour")
-        path = Path(folder) / f"{name}.txt"
-        plugin[name] = _curves(f"Fabric.{name}", yarn, path, scene.swatch, name)
+        for number, yarn in enumerate(kinds):
+            shape = name if len(kinds) == 1 else f"{name}_{number}"
+            path = Path(folder) / f"{shape}.txt"
+            plugin[shape] = _curves(f"Fabric.{name}", yarn, path, scene.swatch, name, number)
     return plugin
 
 
@@ -149,14 +152,14 @@ def parallelogram(center: Any, edge_u: Any, edge_v: Any) -> Plugin:
     return {"type": "rectangle", "to_world": mi.ScalarTransform4f(matrix)}
 
 
-def _curves(field: str, yarn: Yarn, path: Path, swatch: Swatch, name: str) -> Plugin:
+def _curves(field: str, yarn: Yarn, path: Path, swatch: Swatch, name: str, kind: int) -> Plugin:
     if not isinstance(yarn, RoundYarn) or not isinstance(yarn.bsdf, DiffuseBsdf):
         raise ParameterError(f"{field} must be a RoundYarn with a DiffuseBsdf, not {yarn!r}")
     if yarn.thickness < 2.0 * yarn.radius_mm:
         raise ParameterError(
             f"{field}.thickness_mm must be None: a curve there is round, not pressed"
         )
-    points = ply_curves(swatch, name).points
+    points = ply_curves(swatch, name, kind=kind).points
     write_curves(path, points.reshape(-1, *points.shape[2:]), yarn.ply_radius)
     bsdf = {"type": "diffuse", "reflectance": _rgb(yarn.bsdf.reflectance)}
     return {"type": "linearcurve", "filename": str(path), "bsdf": bsdf}

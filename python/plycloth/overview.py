@@ -51,7 +51,7 @@ def lighting(name: str) -> tuple[Light, ...]:
     Raises
     ------
     ParameterError
-        If there is no such lighting; the message names the nearest one.
+        If there is no such lighting; the message lists those there are.
     """
     known_name("a lighting", name, SUNS)
     azimuth, elevation, share = SUNS[name]

@@ -12,6 +12,7 @@ from plycloth.bsdf import PlyBsdf
 from plycloth.fabric import Fabric
 from plycloth.weave import WeavePattern
 from plycloth.yarn import FlatYarn, RoundYarn, Yarn
+from plycloth.yarn_set import with_each
 
 FloatArray = NDArray[np.float64]
 
@@ -75,7 +76,9 @@ class Geometry:
         """Return the fabric with BSDFs for warp and weft."""
         shape = self._shape
         return replace(
-            shape, warp=replace(shape.warp, bsdf=bsdfs[0]), weft=replace(shape.weft, bsdf=bsdfs[1])
+            shape,
+            warp=with_each(shape.warp, lambda yarn: replace(yarn, bsdf=bsdfs[0])),
+            weft=with_each(shape.weft, lambda yarn: replace(yarn, bsdf=bsdfs[1])),
         )
 
     @cached_property
@@ -92,10 +95,10 @@ class Geometry:
     @property
     def covers(self) -> tuple[float, float]:
         """Widths of warp and weft over their spacing, as far as there is room for the guesses."""
-        shape = self._shape
+        (warp,), (weft,) = self._shape.warp_kinds, self._shape.weft_kinds
         return (
-            2.0 * shape.warp.half_width / self.warp_spacing_mm,
-            2.0 * shape.weft.half_width / self.weft_spacing_mm,
+            2.0 * warp.half_width / self.warp_spacing_mm,
+            2.0 * weft.half_width / self.weft_spacing_mm,
         )
 
     def has_room(self, least_cover: float) -> bool:
@@ -108,7 +111,8 @@ class Geometry:
     @property
     def depths(self) -> tuple[float, float]:
         """Length of a way straight through warp and weft, in millimetres."""
-        return self._shape.warp.thickness, self._shape.weft.thickness
+        (warp,), (weft,) = self._shape.warp_kinds, self._shape.weft_kinds
+        return warp.thickness, weft.thickness
 
     def start(self, color: FloatArray) -> tuple[PlyBsdf, PlyBsdf]:
         """Return BSDFs to start a fit from: of the hue of `color`, neither clear nor opaque."""

@@ -42,7 +42,7 @@ def preset(name: str) -> RoundYarn:
     Raises
     ------
     ParameterError
-        If there is no such yarn; the message names the nearest one.
+        If there is no such yarn; the message lists those there are.
     TypeError
         If the name is not a string.
     """

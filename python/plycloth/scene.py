@@ -24,6 +24,7 @@ from plycloth.bsdf import PlyBsdf
 from plycloth.camera import Camera
 from plycloth.fabric import Fabric
 from plycloth.light import Emitter, Light
+from plycloth.yarn_set import with_each
 
 # How far beyond a picture cloth must go on, in yarns, for the light that enters by its cut edge not
 # to be seen. A bright satin in light at 12 degrees to it is brighter by 136% at its outermost yarn,
@@ -143,7 +144,7 @@ class Scene(Saved):
         fabric = self.swatch.fabric
         dyed = replace(
             fabric,
-            warp=replace(fabric.warp, bsdf=warp),
-            weft=replace(fabric.weft, bsdf=weft),
+            warp=with_each(fabric.warp, lambda yarn: replace(yarn, bsdf=warp)),
+            weft=with_each(fabric.weft, lambda yarn: replace(yarn, bsdf=weft)),
         )
         return replace(self, swatch=replace(self.swatch, fabric=dyed))

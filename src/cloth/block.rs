@@ -28,24 +28,9 @@ pub struct BlockPlan {
     pub yarns: Vec<(i32, YarnPath)>,
 }
 
-/// The shapes that yarns have in a cloth, and how they twist.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct YarnForms {
-    /// Shape and twist of the ends.
-    pub warp: (YarnShape, Twist),
-    /// Shape and twist of the picks.
-    pub weft: (YarnShape, Twist),
-}
-
-impl YarnForms {
-    /// Shape and twist of a set.
-    pub fn of(&self, set: YarnSet) -> (YarnShape, Twist) {
-        match set {
-            YarnSet::Warp => self.warp,
-            YarnSet::Weft => self.weft,
-        }
-    }
-}
+/// The shapes that the kinds of yarns have in a cloth, and how they twist: of ends and of picks.
+#[derive(Debug, Clone, PartialEq)]
+pub struct YarnForms(pub [Vec<(YarnShape, Twist)>; 2]);
 
 /// Which ply a piece of surface belongs to.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -62,9 +47,24 @@ pub struct Strand {
     last: usize,
 }
 
-/// The cuts between the pieces of the yarns of one direction, strand after strand: piece i of the
-/// surface lies between cuts i and i + 1. Those of pressed plies lie in the set's own space, which is
-/// narrower across the yarns by their aspect: there the plies are round.
+/// Yarns of one direction and kind that come near a block.
+#[derive(Debug)]
+struct Group {
+    /// The cuts of their surfaces.
+    cuts: Cuts,
+    /// Their strands, in the order of the cuts.
+    strands: Vec<Strand>,
+    /// By cut, where in [`Block::near`] those pieces of other plies stand that may reach into the
+    /// piece. Known (`Some`) of those alone that lie wholly in the block or just beside it.
+    near_of: Vec<Option<[u32; 2]>>,
+    /// What takes a point of the block into the group's own space, and back.
+    narrowing: DVec3,
+    widening: DVec3,
+}
+
+/// The cuts between the pieces of the yarns of a group, strand after strand: piece i of the
+/// surface lies between cuts i and i + 1. Those of pressed plies lie in the group's own space, which
+/// is narrower across the yarns by their aspect: there the plies are round.
 #[derive(Debug)]
 enum Cuts {
     /// Of round plies, and the plies' radius there.
@@ -85,39 +85,38 @@ impl Cuts {
 /// The geometry of a block.
 #[derive(Debug)]
 pub struct Block {
-    cuts: [Cuts; 2],
-    /// Those of each set in the order of their cuts.
-    strands: [Vec<Strand>; 2],
-    /// What takes a point of the block into each set's own space, and back.
-    narrowing: [DVec3; 2],
-    widening: [DVec3; 2],
-    /// Whether any yarns are.
+    /// Two, of ends and of picks, if the cloth's yarns are all of one kind each.
+    groups: Vec<Group>,
+    /// Whether any yarns are pressed.
     pressed: bool,
-    /// By set and cut, where in `near` those pieces of other plies stand that may reach into the piece.
-    /// Known (`Some`) of those alone that lie wholly in the block or just beside it.
-    near_of: [Vec<Option<[u32; 2]>>; 2],
     near: Vec<Near>,
     /// Over the pieces that reach into the block.
     bvh: Bvh,
 }
 
-/// A piece of surface in a block.
+/// A piece of surface in a block: its group and its cut.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Piece(u32);
 
+/// Bits of a piece's number that tell the group.
+const GROUP_BITS: u32 = 6;
+
+/// The most groups of a block.
+pub const MOST_GROUPS: usize = 1 << GROUP_BITS;
+
 impl Piece {
-    fn new(set: YarnSet, cut: usize) -> Self {
-        Self(2 * cut as u32 + set as u32)
+    fn new(group: usize, cut: usize) -> Self {
+        Self((cut as u32) << GROUP_BITS | group as u32)
     }
 
     #[inline]
-    fn set(self) -> usize {
-        (self.0 % 2) as usize
+    fn group(self) -> usize {
+        (self.0 % (1 << GROUP_BITS)) as usize
     }
 
     #[inline]
     fn cut(self) -> usize {
-        (self.0 / 2) as usize
+        (self.0 >> GROUP_BITS) as usize
     }
 }
 
@@ -141,27 +140,48 @@ impl Block {
         t_min: f64,
         t_max: f64,
     ) -> Option<(Piece, f64)> {
-        if self.pressed {
-            return self.nearest_pressed(ray, inverse, t_min, t_max);
+        if self.pressed || self.groups.len() > 2 {
+            return self.nearest_elsewise(ray, inverse, t_min, t_max);
         }
-        let pair = RayPair::new(ray, ray);
-        let enter = |pieces, t_max| self.enter(pieces, ray, &pair, t_min, t_max);
+        let (two, pair) = (self.two(), RayPair::new(ray, ray));
+        let enter = |pieces, t_max| self.enter(two, pieces, ray, &pair, t_min, t_max);
         let hit = self.bvh.nearest(ray, inverse, t_min, t_max, enter);
         hit.map(|(piece, t)| (Piece(piece), t))
     }
 
-    /// The same, if any yarns are pressed.
+    /// The same, if any yarns are pressed, or of several kinds.
     // Not inlined: it would make the loop over round plies slower.
     #[inline(never)]
-    fn nearest_pressed(
+    fn nearest_elsewise(
         &self,
         ray: &Ray,
         inverse: DVec3,
         t_min: f64,
         t_max: f64,
     ) -> Option<(Piece, f64)> {
-        let rays = self.narrowed(ray);
-        let enter = |pieces, t_max| self.enter(pieces, ray, &pair_of(&rays, pieces), t_min, t_max);
+        if self.groups.len() > 2 {
+            return self.nearest_of_many(ray, inverse, t_min, t_max);
+        }
+        let two = self.two();
+        let rays = narrowed(two, ray);
+        let enter =
+            |pieces, t_max| self.enter(two, pieces, ray, &pair_of(&rays, pieces), t_min, t_max);
+        let hit = self.bvh.nearest(ray, inverse, t_min, t_max, enter);
+        hit.map(|(piece, t)| (Piece(piece), t))
+    }
+
+    /// The same, if yarns of one direction are of several kinds.
+    #[inline(never)]
+    fn nearest_of_many(
+        &self,
+        ray: &Ray,
+        inverse: DVec3,
+        t_min: f64,
+        t_max: f64,
+    ) -> Option<(Piece, f64)> {
+        let enter = |pieces, t_max| {
+            self.enter(&self.groups[..], pieces, ray, &self.own_pair(ray, pieces), t_min, t_max)
+        };
         let hit = self.bvh.nearest(ray, inverse, t_min, t_max, enter);
         hit.map(|(piece, t)| (Piece(piece), t))
     }
@@ -169,34 +189,59 @@ impl Block {
     /// Whether the ray enters any surface within (`t_min`, `t_max`).
     #[inline]
     pub fn any(&self, ray: &Ray, inverse: DVec3, t_min: f64, t_max: f64) -> bool {
-        if self.pressed {
-            return self.any_pressed(ray, inverse, t_min, t_max);
+        if self.pressed || self.groups.len() > 2 {
+            return self.any_elsewise(ray, inverse, t_min, t_max);
         }
-        let pair = RayPair::new(ray, ray);
-        let enters = |pieces| self.enter(pieces, ray, &pair, t_min, t_max).is_some();
+        let (two, pair) = (self.two(), RayPair::new(ray, ray));
+        let enters = |pieces| self.enter(two, pieces, ray, &pair, t_min, t_max).is_some();
         self.bvh.any(ray, inverse, t_min, t_max, enters)
     }
 
-    /// The same, if any yarns are pressed.
+    /// The same, if any yarns are pressed, or of several kinds.
     #[inline(never)]
-    fn any_pressed(&self, ray: &Ray, inverse: DVec3, t_min: f64, t_max: f64) -> bool {
-        let rays = self.narrowed(ray);
+    fn any_elsewise(&self, ray: &Ray, inverse: DVec3, t_min: f64, t_max: f64) -> bool {
+        if self.groups.len() > 2 {
+            return self.any_of_many(ray, inverse, t_min, t_max);
+        }
+        let two = self.two();
+        let rays = narrowed(two, ray);
         let enters =
-            |pieces| self.enter(pieces, ray, &pair_of(&rays, pieces), t_min, t_max).is_some();
+            |pieces| self.enter(two, pieces, ray, &pair_of(&rays, pieces), t_min, t_max).is_some();
         self.bvh.any(ray, inverse, t_min, t_max, enters)
     }
 
-    /// The ray in each set's own space, where yarns are round.
-    #[inline]
-    fn narrowed(&self, ray: &Ray) -> [Ray; 2] {
-        self.narrowing.map(|narrowing| ray.scaled(narrowing))
+    /// The same, if yarns of one direction are of several kinds.
+    #[inline(never)]
+    fn any_of_many(&self, ray: &Ray, inverse: DVec3, t_min: f64, t_max: f64) -> bool {
+        let enters = |pieces| {
+            let pair = self.own_pair(ray, pieces);
+            self.enter(&self.groups[..], pieces, ray, &pair, t_min, t_max).is_some()
+        };
+        self.bvh.any(ray, inverse, t_min, t_max, enters)
     }
 
-    /// Which of two pieces the ray enters first, and where; `pair` is it in their sets' own spaces.
+    /// The groups of a block that has two.
+    #[inline]
+    fn two(&self) -> &[Group; 2] {
+        self.groups.first_chunk().expect("ends and picks come near every block")
+    }
+
+    /// For each of two pieces the ray in its group's own space.
+    #[inline(always)]
+    fn own_pair(&self, ray: &Ray, pieces: [u32; 2]) -> RayPair {
+        let [a, b] = pieces.map(|piece| {
+            let group = &self.groups[Piece(piece).group()];
+            if self.pressed { ray.scaled(group.narrowing) } else { *ray }
+        });
+        RayPair::new(&a, &b)
+    }
+
+    /// Which of two pieces the ray enters first, and where; `pair` is it in their groups' own spaces.
     // Inlined into each loop over boxes: calls would cost a tenth of all.
     #[inline(always)]
     fn enter(
         &self,
+        groups: &(impl Groups + ?Sized),
         pieces: [u32; 2],
         ray: &Ray,
         pair: &RayPair,
@@ -204,7 +249,7 @@ impl Block {
         t_max: f64,
     ) -> Option<(u32, f64)> {
         let [a, b] = pieces.map(Piece);
-        match [a, b].map(|piece| &self.cuts[piece.set()]) {
+        match [a, b].map(|piece| &groups.of(piece).cuts) {
             [Cuts::Joints(joints, radius), Cuts::Joints(others, other_radius)] => {
                 let (a, b) = (ends(joints, a.cut()), ends(others, b.cut()));
                 let radii = [*radius, *other_radius];
@@ -252,9 +297,10 @@ impl Block {
     /// Where the ray enters a piece.
     #[inline]
     fn enter_one(&self, piece: Piece, ray: &Ray, t_min: f64, t_max: f64) -> Option<f64> {
-        match &self.cuts[piece.set()] {
+        let group = &self.groups[piece.group()];
+        match &group.cuts {
             Cuts::Joints(joints, radius) => {
-                let own = if self.pressed { ray.scaled(self.narrowing[piece.set()]) } else { *ray };
+                let own = if self.pressed { ray.scaled(group.narrowing) } else { *ray };
                 cylinder(joints, *radius, piece.cut()).enter(&own, t_min, t_max)
             }
             Cuts::Edges(edges) => patch(edges, piece.cut()).intersect(ray, t_min, t_max),
@@ -263,27 +309,31 @@ impl Block {
 
     /// About how much memory it takes.
     pub fn bytes(&self) -> usize {
-        let cuts = self.cuts.iter().map(|cuts| match cuts {
-            Cuts::Joints(joints, _) => size_of_val(&joints[..]),
-            Cuts::Edges(edges) => size_of_val(&edges[..]),
+        let groups = self.groups.iter().map(|group| {
+            let cuts = match &group.cuts {
+                Cuts::Joints(joints, _) => size_of_val(&joints[..]),
+                Cuts::Edges(edges) => size_of_val(&edges[..]),
+            };
+            size_of_val(group)
+                + cuts
+                + size_of_val(&group.near_of[..])
+                + size_of_val(&group.strands[..])
         });
-        let near_of = self.near_of.iter().map(|near| size_of_val(&near[..]));
-        let strands = self.strands.iter().map(|strands| size_of_val(&strands[..]));
         let own = size_of::<Self>() + size_of_val(&self.near[..]) + self.bvh.bytes();
-        own + cuts.chain(near_of).chain(strands).sum::<usize>()
+        own + groups.sum::<usize>()
     }
 
     /// The strand that `piece` belongs to.
     #[inline]
     pub fn strand(&self, piece: Piece) -> &Strand {
-        let strands = &self.strands[piece.set()];
+        let strands = &self.groups[piece.group()].strands;
         &strands[strands.partition_point(|strand| strand.last <= piece.cut())]
     }
 
     /// Normal and tangent where the ray meets `piece` at distance `t`.
     #[inline(always)]
     pub fn surface(&self, piece: Piece, ray: &Ray, t: f64) -> SurfacePoint {
-        match &self.cuts[piece.set()] {
+        match &self.groups[piece.group()].cuts {
             Cuts::Joints(joints, radius) if !self.pressed => {
                 let cylinder = cylinder(joints, *radius, piece.cut());
                 let (normal, tangent) = cylinder.directions(ray.at(t));
@@ -296,15 +346,15 @@ impl Block {
     /// The same of pressed plies and of ribbons.
     #[inline(never)]
     fn surface_pressed_or_flat(&self, piece: Piece, ray: &Ray, t: f64) -> SurfacePoint {
-        let set = piece.set();
-        match &self.cuts[set] {
+        let group = &self.groups[piece.group()];
+        match &group.cuts {
             Cuts::Joints(joints, radius) => {
-                let point = ray.at(t) * self.narrowing[set];
+                let point = ray.at(t) * group.narrowing;
                 let (normal, tangent) = cylinder(joints, *radius, piece.cut()).directions(point);
                 // Normals change by the inverse transpose of what changes tangents.
                 SurfacePoint {
-                    normal: (normal * self.narrowing[set]).normalize(),
-                    tangent: (tangent * self.widening[set]).normalize(),
+                    normal: (normal * group.narrowing).normalize(),
+                    tangent: (tangent * group.widening).normalize(),
                 }
             }
             Cuts::Edges(edges) => {
@@ -315,10 +365,37 @@ impl Block {
     }
 }
 
-/// For each of two pieces the ray in its set's own space.
+/// The groups of a block.
+trait Groups {
+    /// The one that a piece is of.
+    fn of(&self, piece: Piece) -> &Group;
+}
+
+/// Of two there need be no test whether there is one of that number: loops over boxes are faster.
+impl Groups for [Group; 2] {
+    #[inline(always)]
+    fn of(&self, piece: Piece) -> &Group {
+        &self[piece.group() % 2]
+    }
+}
+
+impl Groups for [Group] {
+    #[inline(always)]
+    fn of(&self, piece: Piece) -> &Group {
+        &self[piece.group()]
+    }
+}
+
+/// The ray in the own space of each of two groups, where yarns are round.
+#[inline]
+fn narrowed(two: &[Group; 2], ray: &Ray) -> [Ray; 2] {
+    two.each_ref().map(|group| ray.scaled(group.narrowing))
+}
+
+/// For each of two pieces the ray in its group's own space, of two groups.
 #[inline]
 fn pair_of(rays: &[Ray; 2], pieces: [u32; 2]) -> RayPair {
-    let [a, b] = pieces.map(|piece| &rays[Piece(piece).set()]);
+    let [a, b] = pieces.map(|piece| &rays[Piece(piece).group() % 2]);
     RayPair::new(a, b)
 }
 

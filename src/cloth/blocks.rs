@@ -58,7 +58,7 @@ pub struct Blocks {
     /// Bytes of those built, and at most before no more are kept.
     kept: AtomicUsize,
     pub(super) limit: usize,
-    layout: Layout,
+    pub(super) layout: Layout,
     columns: usize,
     /// Of each block of the tile, row by row.
     plan_of: Vec<OnceLock<PlanOf>>,

@@ -44,6 +44,8 @@ pub struct Woven<'a> {
     scale: f64,
     /// A unit of heights and places in millimetres.
     unit: f64,
+    /// Half the width of the widest end and of the widest pick.
+    widest: [f64; 2],
 }
 
 /// The tube around a yarn's centre line: an ellipse, or a line for a ribbon.
@@ -59,7 +61,7 @@ impl Tube {
             YarnShape::Round { thickness, .. } => 0.5 * thickness,
             YarnShape::Flat { .. } => 0.0,
         };
-        Self { half_width: half_width(shape), half_height }
+        Self { half_width: shape.half_width(), half_height }
     }
 
     fn is_sheet(&self) -> bool {
@@ -84,14 +86,6 @@ fn depth([a, b]: [f64; 2], [x, y]: [f64; 2]) -> f64 {
     let (p, q) = (p / a, q / b);
     let slope = (p * p + q * q).sqrt();
     if slope > 0.0 { ((1.0 - radius) * radius / slope).min(a.min(b)) } else { a.min(b) }
-}
-
-/// Half of a yarn's extent in the plane of the cloth.
-pub(super) fn half_width(shape: &YarnShape) -> f64 {
-    match *shape {
-        YarnShape::Round { radius, .. } => radius,
-        YarnShape::Flat { width, .. } => 0.5 * width,
-    }
 }
 
 /// How deep `upper` and `lower`, which cross, overlap, if by more than `floor`; else `floor`.
@@ -197,7 +191,8 @@ fn fractions(count: usize) -> impl Iterator<Item = f64> {
 impl<'a> Woven<'a> {
     /// A cloth and its heights, which are multiplied with `scale`.
     pub fn new(spec: &'a ClothSpec, relaxed: &'a Relaxed, scale: f64) -> Self {
-        Self { spec, relaxed, scale, unit: spec.unit() }
+        let widest = [&spec.warp, &spec.weft].map(|yarns| yarns.greatest(YarnShape::half_width));
+        Self { spec, relaxed, scale, unit: spec.unit(), widest }
     }
 
     /// How deep yarns overlap at each crossing in millimetres, 0 where they do by no more than `floor`
@@ -241,8 +236,8 @@ impl<'a> Woven<'a> {
         let weft = self.line(YarnSet::Weft, pick, end);
         let beside = self.beside(YarnSet::Warp, end, pick, &warp);
         let beside = self.beside(YarnSet::Weft, pick, end, &weft).max(beside).max(floor);
-        let warp = (&warp, Tube::new(&self.spec.warp.shape));
-        let weft = (&weft, Tube::new(&self.spec.weft.shape));
+        let warp = (&warp, Tube::new(&self.spec.warp.kind(end).shape));
+        let weft = (&weft, Tube::new(&self.spec.weft.kind(pick).shape));
         if self.spec.pattern.is_warp_up(pick, end) {
             crossing_depth(warp, weft, beside)
         } else {
@@ -264,25 +259,27 @@ impl<'a> Woven<'a> {
             YarnSet::Warp => &self.spec.warp,
             YarnSet::Weft => &self.spec.weft,
         };
-        let (half_width, count) = (half_width(&own.shape), own.spacing.len());
-        // A ribbon's sheet has no height: its thickness keeps it from its neighbours.
-        let half_height = match own.shape {
-            YarnShape::Round { thickness, .. } | YarnShape::Flat { thickness, .. } => {
-                0.5 * thickness
-            }
-        };
+        let (widest, count) = (self.widest[set as usize], own.spacing.len());
+        let shape = &own.kind(yarn).shape;
         let (mut deepest, mut distance, mut next) = (0.0f64, 0.0, yarn);
         loop {
             distance += 0.5 * own.spacing[next];
             next = (next + 1) % count;
             distance += 0.5 * own.spacing[next];
-            if distance >= 2.0 * half_width {
+            if distance >= shape.half_width() + widest {
                 return deepest;
             }
+            let other = &own.kind(next).shape;
+            let width = shape.half_width() + other.half_width();
+            if distance >= width {
+                continue;
+            }
+            // A ribbon's sheet has no height: its thickness keeps it from its neighbours.
+            let height = 0.5 * shape.thickness() + 0.5 * other.thickness();
             let there = self.line(set, next, slot);
             for place in fractions(PER_SLOT + 1).map(|f| 0.5 * f * here.slot()) {
                 let ((h, slope), (other, _)) = (here.at(place), there.at(place));
-                let axes = [2.0 * half_width, 2.0 * half_height * slope.hypot(1.0)];
+                let axes = [width, height * slope.hypot(1.0)];
                 deepest = deepest.max(depth(axes, [distance, h - other]));
             }
         }

@@ -3,7 +3,7 @@
 
 use rayon::prelude::*;
 
-use super::clearance::{Woven, half_width};
+use super::clearance::Woven;
 use super::spec::{ClothSpec, YarnShape, YarnSpec};
 use crate::control::Control;
 use crate::error::Result;
@@ -30,15 +30,15 @@ const ROUNDS: usize = 3;
 /// Crossings that a search looks at first, and how many it adds each time that others overlap.
 const WATCHED: usize = 256;
 
-/// The shapes of ends and picks that are as wide as the given ones as far as half the distance of
-/// neighbours allows, and as round as fits; [`TOLERANCE`] says what counts as an overlap.
+/// The cloth with yarns that are as wide as the given ones as far as their neighbours leave room, and
+/// as round as fits; [`TOLERANCE`] says what counts as an overlap. Yarns of one kind stay of one.
 ///
 /// With a stiff contact heights are proportional to how far the yarns keep from each other: a search
 /// needs one relaxation, and a short one to confirm it.
-pub fn fitted(spec: &ClothSpec, control: &Control) -> Result<[YarnShape; 2]> {
+pub fn fitted(spec: &ClothSpec, control: &Control) -> Result<ClothSpec> {
     let mut spec = spec.clone();
     for yarns in [&mut spec.warp, &mut spec.weft] {
-        yarns.shape = capped(yarns);
+        cap(yarns);
     }
     let mut relaxed = relax(&spec.relax_problem(), control)?;
     for round in 1..=ROUNDS {
@@ -53,7 +53,7 @@ pub fn fitted(spec: &ClothSpec, control: &Control) -> Result<[YarnShape; 2]> {
         }
         spec = next;
     }
-    Ok([spec.warp.shape, spec.weft.shape])
+    Ok(spec)
 }
 
 /// What is done to all yarns: see [`other`].
@@ -133,13 +133,28 @@ fn bisected([mut good, mut bad]: [f64; 2], holds: impl Fn(f64) -> Result<bool>) 
     Ok(good)
 }
 
-/// The yarns' shape, no wider than the least distance between neighbours.
-fn capped(yarns: &YarnSpec) -> YarnShape {
-    let next = yarns.spacing.iter().cycle().skip(1);
-    let distances = yarns.spacing.iter().zip(next).map(|(a, b)| 0.5 * (a + b));
-    let room = 0.5 * distances.fold(f64::INFINITY, f64::min);
-    let narrower = (room / half_width(&yarns.shape)).min(1.0);
-    match yarns.shape {
+/// Narrows yarns that are wider than their neighbours leave room for: of two that would meet, both by
+/// the same factor.
+fn cap(yarns: &mut YarnSpec) {
+    let count = yarns.spacing.len();
+    let mut room = vec![1.0f64; yarns.kinds.len()];
+    for yarn in 0..count {
+        let next = (yarn + 1) % count;
+        let distance = 0.5 * (yarns.spacing[yarn] + yarns.spacing[next]);
+        let pair = [yarn, next].map(|yarn| yarns.kind_of[yarn] as usize);
+        let [a, b] = pair.map(|kind| yarns.kinds[kind].shape.half_width());
+        for kind in pair {
+            room[kind] = room[kind].min(distance / (a + b));
+        }
+    }
+    for (kind, narrower) in yarns.kinds.iter_mut().zip(room) {
+        kind.shape = narrowed(&kind.shape, narrower);
+    }
+}
+
+/// The shape, narrower by a factor, and no higher than wide.
+fn narrowed(shape: &YarnShape, narrower: f64) -> YarnShape {
+    match *shape {
         YarnShape::Round { thickness, collision, plies, ply_radius, pitch, radius } => {
             let radius = narrower * radius;
             let thickness = thickness.min(2.0 * radius);
@@ -156,8 +171,8 @@ fn capped(yarns: &YarnSpec) -> YarnShape {
 /// The cloth with other yarns: see [`other`].
 fn changed(spec: &ClothSpec, Change { size, press }: Change) -> ClothSpec {
     let mut changed = spec.clone();
-    for yarns in [&mut changed.warp, &mut changed.weft] {
-        yarns.shape = other(&yarns.shape, size, press);
+    for kind in changed.warp.kinds.iter_mut().chain(&mut changed.weft.kinds) {
+        kind.shape = other(&kind.shape, size, press);
     }
     changed
 }

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::block::{BlockPlan, YarnForms};
 use super::grid::Axis;
 use super::spec::{ClothSpec, YarnShape};
-use super::twist::Twist;
+use super::twist::{Twist, common_multiple};
 use super::yarn_path::{YarnPath, YarnSet};
 use crate::weave::curve::HeightCurves;
 use crate::weave::relax::Relaxed;
@@ -28,12 +28,12 @@ const FINEST_QUANTUM: f64 = 1.0 / (1u64 << 50) as f64;
 /// One direction of yarns over the tile.
 #[derive(Debug)]
 struct YarnLayout {
-    shape: YarnShape,
+    /// The number of each yarn's kind.
+    kind_of: Vec<u32>,
     /// The width of each yarn's slot.
     spacing: Vec<f64>,
     /// Yarns in the tile.
     count: usize,
-    twist: Twist,
     /// Yarns beyond a block's edge that may reach into it.
     neighbours: i64,
 }
@@ -65,26 +65,31 @@ impl Layout {
     pub fn new(spec: &ClothSpec, relaxed: Arc<Relaxed>, size: [f64; 2]) -> Self {
         let unit = spec.unit();
         let yarns = [&spec.warp, &spec.weft];
-        let radii = yarns.map(|set| set.shape.collision_radius() / unit);
+        let radii = yarns.map(|set| set.least(YarnShape::collision_radius) / unit);
         let quantum = quantum(radii[0].min(radii[1]));
+        let twists = [0, 1].map(|axis| {
+            let shapes: Vec<_> = yarns[axis].shapes().copied().collect();
+            Twist::together(&shapes, &yarns[1 - axis].spacing)
+        });
         let sets = [0, 1].map(|axis| {
-            let (spec, crossing) = (yarns[axis], yarns[1 - axis]);
+            let spec = yarns[axis];
             let period = spec.spacing.len();
-            let other = Twist::new(&crossing.shape, &spec.spacing);
-            let whole = period * other.repeats(period);
+            let repeats = twists[1 - axis].iter().map(|twist| twist.repeats(period));
+            let whole = period * repeats.fold(1, common_multiple);
             let needed = (size[axis] / spec.spacing.iter().sum::<f64>()).ceil() as usize * period;
+            let reach = spec.greatest(YarnShape::reach);
             YarnLayout {
-                shape: spec.shape,
+                kind_of: spec.kind_of.clone(),
                 spacing: spec.spacing.clone(),
                 count: needed.min(whole),
-                twist: Twist::new(&spec.shape, &crossing.spacing),
-                neighbours: (spec.shape.reach() / min(&spec.spacing)).ceil() as i64,
+                neighbours: (reach / min(&spec.spacing)).ceil() as i64,
             }
         });
-        let forms = YarnForms {
-            warp: (spec.warp.shape, sets[0].twist),
-            weft: (spec.weft.shape, sets[1].twist),
-        };
+        let forms = [0, 1].map(|axis| {
+            let shapes = yarns[axis].shapes().copied();
+            shapes.zip(twists[axis].iter().copied()).collect()
+        });
+        let forms = YarnForms(forms);
         Self { sets, relaxed, forms, quantum, unit }
     }
 
@@ -111,6 +116,19 @@ impl Layout {
     /// Ends and picks in the tile.
     pub fn counts(&self) -> [usize; 2] {
         [0, 1].map(|axis| self.sets[axis].count)
+    }
+
+    /// No block has more different kinds of yarns near it.
+    pub fn most_kinds_near(&self) -> usize {
+        let near = |set: &YarnLayout| BLOCK_CROSSINGS + 2 * set.neighbours as usize;
+        self.sets.iter().zip(&self.forms.0).map(|(set, kinds)| near(set).min(kinds.len())).sum()
+    }
+
+    /// The shape of one of the pattern's ends or picks.
+    #[inline]
+    pub fn shape(&self, set: YarnSet, yarn: usize) -> &YarnShape {
+        let kind = self.sets[set as usize].kind_of[yarn];
+        &self.forms.0[set as usize][kind as usize].0
     }
 
     /// The lowest and highest of all knots.
@@ -159,7 +177,9 @@ impl Layout {
         key: &mut Vec<i64>,
     ) -> YarnPath {
         let (set, other) = (&self.sets[direction as usize], &self.sets[1 - direction as usize]);
-        let margin = set.margin(min(&other.spacing));
+        let kind = set.kind_of[set.index(yarn)] as usize;
+        let (shape, twist) = &self.forms.0[direction as usize][kind];
+        let margin = margin(shape, min(&other.spacing));
         let crossings = first - margin..last + margin;
         let slots: Vec<f64> = crossings.clone().map(|crossing| other.spacing(crossing)).collect();
         let curve = self.curves(direction).yarn(set.index(yarn));
@@ -173,14 +193,14 @@ impl Layout {
         });
         let end = 2 * other.index(crossings.end);
         let knots: Vec<[i64; 2]> = indices.chain([end]).map(knot).collect();
-        let phase = set.twist.phase(crossings.start);
-        key.extend([phase, offset.to_bits() as i64]);
+        let phase = twist.phase(crossings.start);
+        key.extend([kind as i64, phase, offset.to_bits() as i64]);
         key.extend(slots.iter().map(|slot| slot.to_bits() as i64));
         key.extend(knots.iter().flatten());
         let real = |[height, slope]: [i64; 2]| (self.height(height), slope as f64 * self.quantum);
         let start = -slots[..margin as usize].iter().sum::<f64>();
         let knots = knots.into_iter().map(real).collect();
-        YarnPath { set: direction, offset, start, slots, knots, phase }
+        YarnPath { set: direction, kind, offset, start, slots, knots, phase }
     }
 
     fn curves(&self, set: YarnSet) -> &HeightCurves {
@@ -220,11 +240,11 @@ impl YarnLayout {
         };
         between + 0.5 * self.spacing(yarn)
     }
+}
 
-    /// Crossings to store beyond a block's edges: enough to follow most rays out of a ply.
-    fn margin(&self, crossing: f64) -> i64 {
-        (3.0 * self.shape.reach() / crossing).ceil().max(1.0) as i64
-    }
+/// Crossings to store of a yarn beyond a block's edges: enough to follow most rays out of a ply.
+fn margin(shape: &YarnShape, crossing: f64) -> i64 {
+    (3.0 * shape.reach() / crossing).ceil().max(1.0) as i64
 }
 
 /// The rounding for yarns of at least the given collision radius (of a mean spacing of one): a power

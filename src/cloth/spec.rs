@@ -70,6 +70,21 @@ impl YarnShape {
         }
     }
 
+    /// The height of the cross section.
+    pub fn thickness(&self) -> f64 {
+        match *self {
+            Self::Round { thickness, .. } | Self::Flat { thickness, .. } => thickness,
+        }
+    }
+
+    /// Half of the yarn's extent in the plane of the cloth.
+    pub fn half_width(&self) -> f64 {
+        match *self {
+            Self::Round { radius, .. } => radius,
+            Self::Flat { width, .. } => 0.5 * width,
+        }
+    }
+
     /// The radius with which the yarn collides with others.
     pub fn collision_radius(&self) -> f64 {
         match *self {
@@ -109,15 +124,70 @@ impl YarnShape {
     }
 }
 
+/// A kind of yarn.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct YarnKind {
+    /// Its cross section.
+    pub shape: YarnShape,
+    /// Its stiffness in the relaxation.
+    pub stiffness: f64,
+}
+
 /// The yarns of one direction.
 #[derive(Debug, Clone, PartialEq)]
 pub struct YarnSpec {
-    /// Their cross section.
-    pub shape: YarnShape,
-    /// Their stiffness in the relaxation.
-    pub stiffness: f64,
+    /// The different kinds, at least one.
+    pub kinds: Vec<YarnKind>,
+    /// Of each yarn the number of its kind.
+    pub kind_of: Vec<u32>,
     /// The width of each yarn's slot, across the yarn.
     pub spacing: Vec<f64>,
+}
+
+impl YarnSpec {
+    /// Yarns of one kind, with these slots.
+    pub fn uniform(shape: YarnShape, stiffness: f64, spacing: Vec<f64>) -> Self {
+        let kind_of = vec![0; spacing.len()];
+        Self { kinds: vec![YarnKind { shape, stiffness }], kind_of, spacing }
+    }
+
+    /// The kind of a yarn.
+    pub fn kind(&self, yarn: usize) -> &YarnKind {
+        &self.kinds[self.kind_of[yarn] as usize]
+    }
+
+    /// The cross sections of the kinds.
+    pub fn shapes(&self) -> impl Iterator<Item = &YarnShape> {
+        self.kinds.iter().map(|kind| &kind.shape)
+    }
+
+    /// Whether a kind is a ribbon.
+    pub fn has_ribbons(&self) -> bool {
+        self.shapes().any(|shape| matches!(shape, YarnShape::Flat { .. }))
+    }
+
+    /// The greatest of what `measure` says of the kinds.
+    pub fn greatest(&self, measure: impl Fn(&YarnShape) -> f64) -> f64 {
+        self.shapes().map(measure).fold(f64::NEG_INFINITY, f64::max)
+    }
+
+    /// The least of it.
+    pub fn least(&self, measure: impl Fn(&YarnShape) -> f64) -> f64 {
+        self.shapes().map(measure).fold(f64::INFINITY, f64::min)
+    }
+
+    fn check(&self, name: &str, count: usize) -> Result<()> {
+        let rows = [("spacing_mm", self.spacing.len()), ("yarns", self.kind_of.len())];
+        if let Some((field, rows)) = rows.into_iter().find(|(_, rows)| *rows != count) {
+            let problem = format!("has {rows} values for {count} yarns");
+            return Err(Error::invalid(format!("{name}_{field}"), problem));
+        }
+        if self.kind_of.iter().any(|&kind| kind as usize >= self.kinds.len()) {
+            let problem = format!("names a yarn beyond the {} there are", self.kinds.len());
+            return Err(Error::invalid(format!("{name}_yarns"), problem));
+        }
+        self.shapes().try_for_each(|shape| shape.check(name))
+    }
 }
 
 /// A woven cloth: ends run along y, picks along x, the first pick at the top.
@@ -136,15 +206,8 @@ pub struct ClothSpec {
 impl ClothSpec {
     /// Passes the description on if every number in it makes sense.
     pub fn checked(self) -> Result<Self> {
-        for (name, yarns, count) in
-            [("warp", &self.warp, self.pattern.ends), ("weft", &self.weft, self.pattern.picks)]
-        {
-            yarns.shape.check(name)?;
-            if yarns.spacing.len() != count {
-                let problem = format!("has {} values for {count} yarns", yarns.spacing.len());
-                return Err(Error::invalid(format!("{name}_spacing_mm"), problem));
-            }
-        }
+        self.warp.check("warp", self.pattern.ends)?;
+        self.weft.check("weft", self.pattern.picks)?;
         Ok(self)
     }
 
@@ -155,17 +218,17 @@ impl ClothSpec {
         0.5 * (mean(&self.warp) + mean(&self.weft))
     }
 
-    /// R_A + R_B of Eq. 3.
+    /// R_A + R_B of Eq. 3 where both are the thickest.
     pub fn contact(&self) -> f64 {
-        self.warp.shape.collision_radius() + self.weft.shape.collision_radius()
+        [&self.warp, &self.weft]
+            .map(|yarns| yarns.greatest(YarnShape::collision_radius))
+            .iter()
+            .sum()
     }
 
-    /// The thickness of the thinner yarn.
+    /// The thickness of the thinnest yarn.
     pub fn thinnest(&self) -> f64 {
-        let thickness = |shape: &YarnShape| match *shape {
-            YarnShape::Round { thickness, .. } | YarnShape::Flat { thickness, .. } => thickness,
-        };
-        thickness(&self.warp.shape).min(thickness(&self.weft.shape))
+        self.warp.least(YarnShape::thickness).min(self.weft.least(YarnShape::thickness))
     }
 
     /// The same cloth with its picks counted from the bottom, as they lie along y.
@@ -174,16 +237,22 @@ impl ClothSpec {
         let rows: Vec<_> = self.pattern.warp_up.chunks_exact(self.pattern.ends).rev().collect();
         flipped.pattern.warp_up = rows.concat();
         flipped.weft.spacing.reverse();
+        flipped.weft.kind_of.reverse();
         flipped
     }
 
     /// The relaxation of this cloth, in units of [`ClothSpec::unit`].
     pub fn relax_problem(&self) -> RelaxProblem {
         let unit = self.unit();
-        let set = |yarns: &YarnSpec| YarnData {
-            radius: vec![yarns.shape.collision_radius() / unit; yarns.spacing.len()],
-            stiffness: vec![yarns.stiffness; yarns.spacing.len()],
-            spacing: yarns.spacing.iter().map(|spacing| spacing / unit).collect(),
+        let set = |yarns: &YarnSpec| {
+            let each = |value: fn(&YarnKind) -> f64| {
+                (0..yarns.spacing.len()).map(move |yarn| value(yarns.kind(yarn)))
+            };
+            YarnData {
+                radius: each(|kind| kind.shape.collision_radius()).map(|r| r / unit).collect(),
+                stiffness: each(|kind| kind.stiffness).collect(),
+                spacing: yarns.spacing.iter().map(|spacing| spacing / unit).collect(),
+            }
         };
         RelaxProblem {
             pattern: self.pattern.clone(),

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-use super::block::{Piece, Strand, SurfacePoint, YarnForms};
+use super::block::{MOST_GROUPS, Piece, Strand, SurfacePoint};
 use super::blocks::{BlockRef, Blocks};
 use super::grid::{Axis, Located, Visit, walk};
 use super::layout::Layout;
@@ -15,7 +15,7 @@ use super::spec::{ClothSpec, YarnShape};
 use super::yarn_path::YarnSet;
 use crate::accel::ray::Ray;
 use crate::control::Control;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::math::extremes::{greater, greater3, lesser, lesser3};
 use crate::weave::relax::{Relaxed, relax};
 
@@ -25,8 +25,8 @@ const SELF_HIT_DISTANCE: f64 = 1e-6;
 /// A swatch, ready for rays.
 #[derive(Debug)]
 pub struct Swatch {
-    forms: YarnForms,
     pub(super) axes: [Axis; 2],
+    has_ribbons: bool,
     blocks: Blocks,
     /// Ends and picks in the pattern.
     counts: [usize; 2],
@@ -94,26 +94,35 @@ impl Swatch {
     pub fn new(spec: &ClothSpec, size: [f64; 2], control: &Control) -> Result<Self> {
         let spec = spec.bottom_up();
         let relaxed = relax(&spec.relax_problem(), control)?;
-        Ok(Self::of(&spec, Arc::new(relaxed), size))
+        Self::of(&spec, Arc::new(relaxed), size)
     }
 
     /// Lays out a cloth that is relaxed already; the picks of both are counted from the bottom.
-    pub fn of(spec: &ClothSpec, relaxed: Arc<Relaxed>, size: [f64; 2]) -> Self {
+    pub fn of(spec: &ClothSpec, relaxed: Arc<Relaxed>, size: [f64; 2]) -> Result<Self> {
         let layout = Layout::new(spec, relaxed, size);
+        let kinds = layout.most_kinds_near();
+        if kinds > MOST_GROUPS {
+            let problem = format!(
+                "may have {kinds} different yarns that reach over one crossing, of which at most \
+                 {MOST_GROUPS} can be told apart: make the yarns narrower or more alike"
+            );
+            return Err(Error::invalid("fabric", problem));
+        }
         // A little more than the yarns' own: joints of bent plies are wider than the plies.
-        let reach = 1.25 * spec.warp.shape.reach().max(spec.weft.shape.reach());
+        let reach = [&spec.warp, &spec.weft].map(|yarns| yarns.greatest(YarnShape::reach));
+        let reach = 1.25 * reach[0].max(reach[1]);
         let [low, high] = layout.height_range();
-        Self {
-            forms: layout.forms,
+        Ok(Self {
             counts: [spec.pattern.ends, spec.pattern.picks],
             first_yarn: [0, 1].map(|axis| layout.first_yarns(axis)),
             tile_yarns: layout.counts(),
             axes: layout.axes(),
+            has_ribbons: [&spec.warp, &spec.weft].iter().any(|yarns| yarns.has_ribbons()),
             blocks: Blocks::new(layout),
             size,
             heights: [low - reach, high + reach],
             t_min: SELF_HIT_DISTANCE * spec.unit(),
-        }
+        })
     }
 
     /// How many different blocks the swatch is made of; this looks at all of them.
@@ -148,10 +157,22 @@ impl Swatch {
         let block = self.block(plan);
         let place = self.place(at, block.strand(piece), plan, corner, piece);
         let mut surface = block.surface(piece, &ray.shifted(corner), t);
-        if let (YarnShape::Flat { .. }, _) = self.forms.of(place.set) {
+        if let YarnShape::Flat { .. } = self.shape(&place) {
             surface.normal *= -surface.normal.dot(ray.direction).signum();
         }
         Hit { t, place, surface, cut: false }
+    }
+
+    /// Whether any yarns are ribbons.
+    #[inline]
+    pub fn has_ribbons(&self) -> bool {
+        self.has_ribbons
+    }
+
+    /// The shape of the yarn at a place.
+    #[inline]
+    pub fn shape(&self, place: &Place) -> &YarnShape {
+        self.blocks.layout.shape(place.set, place.yarn)
     }
 
     /// Where a piece of a block is.
@@ -248,7 +269,7 @@ mod tests {
 
     fn twill() -> Swatch {
         let shape = YarnShape::round(0.4, 3, 0.18, 3.0);
-        let yarns = || YarnSpec { shape, stiffness: 1.0, spacing: vec![1.0; 4] };
+        let yarns = || YarnSpec::uniform(shape, 1.0, vec![1.0; 4]);
         let warp_up = (0..16).map(|index| (index / 4 + index % 4) % 4 < 2).collect();
         let spec = ClothSpec {
             pattern: WeavePattern::new(4, 4, warp_up).unwrap(),

@@ -34,14 +34,25 @@ impl Twist {
     /// The twist of a yarn that crosses others of the given spacing, over and over. It is as large
     /// from crossing to crossing wherever they are.
     pub fn new(shape: &YarnShape, spacing: &[f64]) -> Self {
-        match *shape {
-            YarnShape::Round { plies, pitch, .. } if plies > 1 => {
-                let mean = spacing.iter().sum::<f64>() / spacing.len() as f64;
-                let (per_crossing, phases) = rounded(mean / pitch * plies as f64, spacing.len());
+        Self::together(&[*shape], spacing)[0]
+    }
+
+    /// The same for yarns side by side: few repeats of the weave are whole steps of all of them.
+    pub fn together(shapes: &[YarnShape], spacing: &[f64]) -> Vec<Self> {
+        let mean = spacing.iter().sum::<f64>() / spacing.len() as f64;
+        let steps = |shape: &YarnShape| match *shape {
+            YarnShape::Round { plies, pitch, .. } if plies > 1 => mean / pitch * plies as f64,
+            _ => 0.0,
+        };
+        let steps: Vec<_> = shapes.iter().map(steps).collect();
+        let fractions = rounded(&steps, spacing.len());
+        let twist = |(shape, (per_crossing, phases)): (&YarnShape, (i64, i64))| match *shape {
+            YarnShape::Round { plies, .. } if plies > 1 => {
                 Self { plies: plies as i64, phases, per_crossing }
             }
             _ => Self { plies: 1, phases: 1, per_crossing: 0 },
-        }
+        };
+        shapes.iter().zip(fractions).map(twist).collect()
     }
 
     /// Turns of the plies from one crossing to the next.
@@ -73,23 +84,47 @@ impl Twist {
     }
 }
 
-/// Steps per crossing as a fraction close to `wanted`, such that few repeats of `crossings` make whole
-/// steps; and of such fractions that of least denominator.
-fn rounded(wanted: f64, crossings: usize) -> (i64, i64) {
-    let numerator = |denominator: usize| (wanted * denominator as f64).round();
-    let off = |denominator: usize| (numerator(denominator) / denominator as f64 - wanted).abs();
-    let is_close = |&denominator: &usize| {
-        let steps = numerator(denominator) / denominator as f64;
-        (wanted - steps).abs() <= PITCH_ERROR * steps.abs()
-    };
+/// The least number that both divide.
+pub fn common_multiple(a: usize, b: usize) -> usize {
+    let (mut divisor, mut rest) = (a, b);
+    while rest > 0 {
+        (divisor, rest) = (rest, divisor % rest);
+    }
+    a / divisor * b
+}
+
+/// Steps per crossing as fractions close to those `wanted`, such that few repeats of `crossings` make
+/// whole steps of all; and of such fractions those of least denominators.
+fn rounded(wanted: &[f64], crossings: usize) -> Vec<(i64, i64)> {
     let most = (MOST_CROSSINGS / crossings).max(1);
     let repeats = || (1..=most).map(|repeats| repeats * crossings);
-    let denominator = match repeats().find(is_close) {
-        Some(whole) => (1..=whole).filter(|d| whole.is_multiple_of(*d)).find(is_close),
-        None => repeats().min_by(|&a, &b| off(a).total_cmp(&off(b))),
+    let all_close = |&whole: &usize| wanted.iter().all(|&wanted| is_close(wanted, whole));
+    let worst = |whole: usize| wanted.iter().map(|&wanted| off(wanted, whole)).fold(0.0, f64::max);
+    let fraction = |wanted: f64, denominator: usize| {
+        (numerator(wanted, denominator) as i64, denominator as i64)
     };
-    let denominator = denominator.unwrap_or(crossings);
-    (numerator(denominator) as i64, denominator as i64)
+    if let Some(whole) = repeats().find(all_close) {
+        let divisors: Vec<_> = (1..=whole).filter(|d| whole.is_multiple_of(*d)).collect();
+        let least = |wanted: f64| divisors.iter().copied().find(|&d| is_close(wanted, d));
+        return wanted.iter().map(|&w| fraction(w, least(w).unwrap_or(whole))).collect();
+    }
+    let nearest = repeats().min_by(|&a, &b| worst(a).total_cmp(&worst(b))).unwrap_or(crossings);
+    wanted.iter().map(|&w| fraction(w, nearest)).collect()
+}
+
+fn numerator(wanted: f64, denominator: usize) -> f64 {
+    (wanted * denominator as f64).round()
+}
+
+/// How far the nearest fraction of this denominator is off.
+fn off(wanted: f64, denominator: usize) -> f64 {
+    (numerator(wanted, denominator) / denominator as f64 - wanted).abs()
+}
+
+/// Whether it is off by little.
+fn is_close(wanted: f64, denominator: usize) -> bool {
+    let steps = numerator(wanted, denominator) / denominator as f64;
+    (wanted - steps).abs() <= PITCH_ERROR * steps.abs()
 }
 
 #[cfg(test)]
@@ -153,6 +188,23 @@ mod tests {
                     let twist = Twist::new(&yarn(plies, pitch), &vec![1.0; crossings]);
                     let period = crossings * twist.repeats(crossings);
                     assert!(period <= MOST_CROSSINGS.max(crossings), "{plies} {pitch} {period}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn yarns_side_by_side_repeat_together() {
+        for pitches in [[1.7, 2.9, 5.3], [0.9, 7.1, -3.3]] {
+            for crossings in [2, 5, 12, 16, 300] {
+                let shapes = pitches.map(|pitch| yarn(3, pitch));
+                let twists = Twist::together(&shapes, &vec![1.0; crossings]);
+                let repeats = twists.iter().map(|twist| twist.repeats(crossings));
+                let period = crossings * repeats.fold(1, common_multiple);
+                assert!(period <= MOST_CROSSINGS.max(crossings), "{pitches:?} {period}");
+                for (twist, pitch) in twists.iter().zip(pitches) {
+                    let error = 1.0 / (twist.turns_per_crossing() * pitch) - 1.0;
+                    assert!(error.abs() < 0.0200001, "{pitches:?} {crossings}: {error}");
                 }
             }
         }

@@ -26,6 +26,8 @@ pub enum YarnSet {
 pub struct YarnPath {
     /// Which way it runs.
     pub set: YarnSet,
+    /// The number of its kind.
+    pub kind: usize,
     /// Where it lies across its direction.
     pub offset: f64,
     /// Where the stretch starts along its direction.
@@ -121,7 +123,7 @@ mod tests {
 
     fn straight(set: YarnSet) -> YarnPath {
         let knots = vec![(0.3, 0.0); 9];
-        YarnPath { set, offset: 0.5, start: 0.0, slots: vec![1.0; 4], knots, phase: 0 }
+        YarnPath { set, kind: 0, offset: 0.5, start: 0.0, slots: vec![1.0; 4], knots, phase: 0 }
     }
 
     #[test]

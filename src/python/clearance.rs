@@ -27,8 +27,8 @@ pub fn overlaps<'py>(
     depths(py, threads, &spec, |control| relax(&spec.relax_problem(), control))
 }
 
-/// How wide and high the yarns are to be so that none overlap: for warp and weft half the width, the
-/// thickness, and the collision radius, in millimetres.
+/// How wide and high the yarns are to be so that none overlap: for each kind of end and of pick half
+/// the width, the thickness, and the collision radius, in millimetres.
 #[pyfunction]
 #[pyo3(signature = (fabric, threads=None, progress=None))]
 pub fn fitted(
@@ -36,13 +36,12 @@ pub fn fitted(
     fabric: FabricDescription<'_>,
     threads: Option<usize>,
     progress: Option<&Bound<'_, PyAny>>,
-) -> PyResult<[[f64; 3]; 2]> {
+) -> PyResult<[Vec<[f64; 3]>; 2]> {
     let spec = fabric.cloth()?;
-    let shapes = gate::run(py, threads, progress, |control| fitting::fitted(&spec, control))?;
-    Ok(shapes.map(|shape| match shape {
-        YarnShape::Round { radius, thickness, collision, .. } => [radius, thickness, collision],
-        YarnShape::Flat { width, thickness } => [0.5 * width, thickness, 0.5 * thickness],
-    }))
+    let fitted = gate::run(py, threads, progress, |control| fitting::fitted(&spec, control))?;
+    let measures =
+        |shape: &YarnShape| [shape.half_width(), shape.thickness(), shape.collision_radius()];
+    Ok([fitted.warp, fitted.weft].map(|yarns| yarns.shapes().map(measures).collect()))
 }
 
 /// The depths of a cloth whose picks are counted from the bottom, in the order of its pattern.

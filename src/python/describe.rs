@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 use rayon::prelude::*;
 
 use super::kind::one_of;
-use crate::cloth::spec::{ClothSpec, YarnShape, YarnSpec};
+use crate::cloth::spec::{ClothSpec, YarnKind, YarnShape, YarnSpec};
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::math::color::Rgb;
@@ -24,7 +24,7 @@ use crate::weave::pattern::WeavePattern;
 type Triple = [f64; 3];
 
 /// `plycloth.PlyBsdf`.
-#[derive(FromPyObject)]
+#[derive(FromPyObject, PartialEq)]
 pub struct PlyBsdfDescription {
     eta: f64,
     specular_tint: Triple,
@@ -71,12 +71,13 @@ pub fn body_kind(name: &str) -> Result<BodyKind> {
 }
 
 /// `plycloth.DiffuseBsdf`.
-#[derive(FromPyObject)]
+#[derive(FromPyObject, PartialEq)]
 pub struct DiffuseDescription {
     reflectance: Triple,
 }
 
 /// A BSDF of any kind.
+#[derive(PartialEq)]
 enum BsdfDescription {
     Ply(PlyBsdfDescription),
     Diffuse(DiffuseDescription),
@@ -162,6 +163,16 @@ impl YarnDescription {
             stiffness: object.getattr("stiffness")?.extract()?,
         })
     }
+
+    /// Those of a tuple of kinds; if there are several, errors number them.
+    fn read_all(place: &str, kinds: &Bound<'_, PyAny>) -> PyResult<Vec<Self>> {
+        let alone = kinds.len()? == 1;
+        let read = |(number, kind): (usize, PyResult<Bound<'_, PyAny>>)| {
+            let numbered = format!("{place}_kinds[{number}]");
+            Self::read(if alone { place } else { &numbered }, &kind?)
+        };
+        kinds.try_iter()?.enumerate().map(read).collect()
+    }
 }
 
 #[derive(FromPyObject)]
@@ -172,8 +183,10 @@ struct PatternDescription<'py> {
 /// `plycloth.Fabric`.
 pub struct FabricDescription<'py> {
     pattern: PatternDescription<'py>,
-    warp: YarnDescription,
-    weft: YarnDescription,
+    warp_kinds: Vec<YarnDescription>,
+    weft_kinds: Vec<YarnDescription>,
+    end_kind: PyReadonlyArray1<'py, u32>,
+    pick_kind: PyReadonlyArray1<'py, u32>,
     end_spacing: PyReadonlyArray1<'py, f64>,
     pick_spacing: PyReadonlyArray1<'py, f64>,
     warp_colors: Option<PyReadonlyArray2<'py, f64>>,
@@ -187,8 +200,10 @@ impl<'a, 'py> FromPyObject<'a, 'py> for FabricDescription<'py> {
     fn extract(object: Borrowed<'a, 'py, PyAny>) -> PyResult<Self> {
         Ok(Self {
             pattern: object.getattr("pattern")?.extract()?,
-            warp: YarnDescription::read("Fabric.warp", &object.getattr("warp")?)?,
-            weft: YarnDescription::read("Fabric.weft", &object.getattr("weft")?)?,
+            warp_kinds: YarnDescription::read_all("Fabric.warp", &object.getattr("warp_kinds")?)?,
+            weft_kinds: YarnDescription::read_all("Fabric.weft", &object.getattr("weft_kinds")?)?,
+            end_kind: object.getattr("end_kind")?.extract()?,
+            pick_kind: object.getattr("pick_kind")?.extract()?,
             end_spacing: object.getattr("end_spacing")?.extract()?,
             pick_spacing: object.getattr("pick_spacing")?.extract()?,
             warp_colors: object.getattr("warp_colors")?.extract()?,
@@ -203,26 +218,30 @@ impl FabricDescription<'_> {
     pub fn cloth(&self) -> Result<ClothSpec> {
         let warp_up = self.pattern.warp_up.as_array();
         let (picks, ends) = warp_up.dim();
-        let set = |yarn: &YarnDescription, spacing: &PyReadonlyArray1<'_, f64>| YarnSpec {
-            shape: yarn.shape,
-            stiffness: yarn.stiffness,
+        let kind =
+            |yarn: &YarnDescription| YarnKind { shape: yarn.shape, stiffness: yarn.stiffness };
+        let set = |kinds: &[YarnDescription],
+                   kind_of: &PyReadonlyArray1<'_, u32>,
+                   spacing: &PyReadonlyArray1<'_, f64>| YarnSpec {
+            kinds: kinds.iter().map(kind).collect(),
+            kind_of: kind_of.as_array().to_vec(),
             spacing: spacing.as_array().to_vec(),
         };
         ClothSpec {
             pattern: WeavePattern { picks, ends, warp_up: warp_up.iter().copied().collect() },
-            warp: set(&self.warp, &self.end_spacing),
-            weft: set(&self.weft, &self.pick_spacing),
+            warp: set(&self.warp_kinds, &self.end_kind, &self.end_spacing),
+            weft: set(&self.weft_kinds, &self.pick_kind, &self.pick_spacing),
             collision_stiffness: self.collision_stiffness,
         }
         .checked()
     }
 
-    /// The BSDF and colour of each material: one for each different colour of ends and of picks.
+    /// The BSDF and colour of each material: one for each different pair among the ends, and among the
+    /// picks.
     pub fn palette(&self) -> Palette<'_> {
-        let (picks, ends) = self.pattern.warp_up.as_array().dim();
         let mut dyed = Vec::new();
-        let warp = dye(&mut dyed, &self.warp.bsdf, self.warp_colors.as_ref(), ends);
-        let mut weft = dye(&mut dyed, &self.weft.bsdf, self.weft_colors.as_ref(), picks);
+        let warp = dye(&mut dyed, &self.warp_kinds, &self.end_kind, self.warp_colors.as_ref());
+        let mut weft = dye(&mut dyed, &self.weft_kinds, &self.pick_kind, self.weft_colors.as_ref());
         weft.reverse();
         Palette { dyed, of_yarn: [warp, weft] }
     }
@@ -247,25 +266,30 @@ impl Palette<'_> {
     }
 }
 
-/// Adds `bsdf` with each different colour to `dyed`; answers the number of each yarn's.
+/// Adds the BSDFs of `kinds` with each of their different colours to `dyed`; answers the number of each
+/// yarn's.
 fn dye<'a>(
     dyed: &mut Vec<(&'a BsdfDescription, Rgb)>,
-    bsdf: &'a BsdfDescription,
+    kinds: &'a [YarnDescription],
+    kind_of: &PyReadonlyArray1<'_, u32>,
     colors: Option<&PyReadonlyArray2<'_, f64>>,
-    count: usize,
 ) -> Vec<u32> {
-    let mut numbers: HashMap<[u64; 3], u32> = HashMap::new();
-    (0..count)
-        .map(|yarn| {
-            let color = colors.map_or(Rgb::ONE, |colors| {
-                Rgb::from_array([0, 1, 2].map(|channel| colors.as_array()[[yarn, channel]]))
-            });
-            *numbers.entry(color.to_array().map(f64::to_bits)).or_insert_with(|| {
-                dyed.push((bsdf, color));
-                dyed.len() as u32 - 1
-            })
+    // Kinds that differ in shape alone share materials.
+    let first_alike = |kind: &YarnDescription| kinds.iter().position(|k| k.bsdf == kind.bsdf);
+    let bsdfs: Vec<_> = kinds.iter().filter_map(first_alike).collect();
+    let mut numbers: HashMap<(usize, [u64; 3]), u32> = HashMap::new();
+    let kind_of = kind_of.as_array();
+    let material = |(yarn, &kind): (usize, &u32)| {
+        let color = colors.map_or(Rgb::ONE, |colors| {
+            Rgb::from_array([0, 1, 2].map(|channel| colors.as_array()[[yarn, channel]]))
+        });
+        let bsdf = bsdfs[kind as usize];
+        *numbers.entry((bsdf, color.to_array().map(f64::to_bits))).or_insert_with(|| {
+            dyed.push((&kinds[bsdf].bsdf, color));
+            dyed.len() as u32 - 1
         })
-        .collect()
+    };
+    kind_of.iter().enumerate().map(material).collect()
 }
 
 #[derive(FromPyObject)]

@@ -64,16 +64,14 @@ impl CompiledScene {
         };
         let lights = lights.try_iter()?.enumerate().map(light).collect::<PyResult<_>>()?;
         let background = describe::background(scene)?;
-        let shapes = [spec.warp.shape, spec.weft.shape];
         let py = scene.py();
         let spec = spec.bottom_up();
         let (relaxed, swatch, materials) = gate::run(py, threads, progress, |control| {
             let relaxed = Arc::new(relax(&spec.relax_problem(), control)?);
-            let swatch = Swatch::of(&spec, relaxed.clone(), size);
+            let swatch = Swatch::of(&spec, relaxed.clone(), size)?;
             Ok((relaxed, swatch, palette.materials(control)?))
         })?;
-        let scene =
-            Scene { swatch, shapes, materials, camera, lights: Lights::new(lights), background };
+        let scene = Scene { swatch, materials, camera, lights: Lights::new(lights), background };
         Ok(Self { scene, spec, relaxed })
     }
 

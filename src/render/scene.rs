@@ -38,8 +38,6 @@ pub struct Materials {
 pub struct Scene {
     /// The cloth.
     pub swatch: Swatch,
-    /// The shape of ends and picks.
-    pub shapes: [YarnShape; 2],
     /// How its yarns scatter.
     pub materials: Materials,
     /// Who looks.
@@ -182,7 +180,7 @@ impl Scene {
     #[inline]
     pub fn exit(&self, interaction: &Interaction, refracted: DVec3) -> (Inside, Exit) {
         let Interaction { point, frame, place, sides, .. } = interaction;
-        match self.shapes[place.set as usize] {
+        match *self.swatch.shape(place) {
             YarnShape::Flat { thickness, .. } => {
                 let inside = Inside { incident: -refracted, length: thickness / -refracted.z };
                 // A ribbon lies inside the same plies with both of its faces.
@@ -202,16 +200,10 @@ impl Scene {
         }
     }
 
-    /// Whether ends or picks are ribbons.
-    #[inline]
-    pub fn has_ribbons(&self) -> bool {
-        self.shapes.iter().any(|shape| matches!(shape, YarnShape::Flat { .. }))
-    }
-
     /// Whether the yarn there is a ribbon, whose two faces are one.
     #[inline]
     pub fn is_ribbon(&self, interaction: &Interaction) -> bool {
-        matches!(self.shapes[interaction.place.set as usize], YarnShape::Flat { .. })
+        matches!(self.swatch.shape(&interaction.place), YarnShape::Flat { .. })
     }
 
     /// Whether nothing stands between a point and something at `distance` in `direction`.

@@ -38,7 +38,7 @@ pub fn cloth(
     shape: YarnShape,
 ) -> ClothSpec {
     let warp_up = (0..picks * ends).map(|i| up(i / ends, i % ends)).collect();
-    let set = |count| YarnSpec { shape, stiffness: 1.0, spacing: vec![1.0; count] };
+    let set = |count| YarnSpec::uniform(shape, 1.0, vec![1.0; count]);
     ClothSpec {
         pattern: WeavePattern { picks, ends, warp_up },
         warp: set(ends),
@@ -98,7 +98,6 @@ pub fn scene(spec: &ClothSpec, size: f64, material: Material, lights: Vec<Light>
     );
     Scene {
         swatch: swatch(spec, size),
-        shapes: [spec.warp.shape, spec.weft.shape],
         materials: Materials {
             list: vec![material],
             of_yarn: [vec![0; spec.pattern.ends], vec![0; spec.pattern.picks]],

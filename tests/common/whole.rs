@@ -3,8 +3,8 @@
 use plycloth::accel::bilinear::Bilinear;
 use plycloth::accel::cylinder::Cylinder;
 use plycloth::accel::ray::Ray;
-use plycloth::cloth::spec::{ClothSpec, YarnShape};
-use plycloth::cloth::twist::Twist;
+use plycloth::cloth::spec::{ClothSpec, YarnShape, YarnSpec};
+use plycloth::cloth::twist::{Twist, common_multiple};
 use plycloth::cloth::yarn_path::{YarnPath, YarnSet};
 use plycloth::control::Control;
 use plycloth::weave::curve::HeightCurve;
@@ -13,11 +13,11 @@ use plycloth::weave::relax::relax;
 /// The rounding of heights and slopes that the swatch documents: 1/1024, halved until it is at most a
 /// sixteenth of the thinner yarns' radius.
 pub fn quantum(spec: &ClothSpec) -> f64 {
-    let radii = [spec.warp.shape, spec.weft.shape].map(|shape| match shape {
+    let radii = spec.warp.shapes().chain(spec.weft.shapes()).map(|shape| match *shape {
         YarnShape::Round { radius, .. } => radius,
         YarnShape::Flat { thickness, .. } => 0.5 * thickness,
     });
-    let least = radii[0].min(radii[1]) / spec.unit();
+    let least = radii.fold(f64::INFINITY, f64::min) / spec.unit();
     (10..).map(|power| 0.5_f64.powi(power)).find(|quantum| 16.0 * quantum <= least).unwrap()
 }
 
@@ -41,8 +41,8 @@ pub struct WholeCloth {
     pub pieces: Vec<(YarnSet, usize, Piece)>,
     /// Of each piece, the number of its yarn through all repeats and that of its ply.
     numbers: Vec<(i64, usize)>,
-    /// How many times wider than high each set's yarns are.
-    aspects: [f64; 2],
+    /// How many times wider than high the yarns of the pattern are.
+    aspects: [Vec<f64>; 2],
     size: [f64; 2],
 }
 
@@ -89,14 +89,17 @@ impl WholeCloth {
         let (mut pieces, mut numbers) = (Vec::new(), Vec::new());
         let mut add =
             |set, yarn: i64, (own, crossing): (&Row, &Row), range: &std::ops::Range<i64>| {
-                let (curves, shape, phase_offset) = match set {
-                    YarnSet::Warp => (&relaxed.warp, spec.warp.shape, turned(&spec, size[1])),
-                    YarnSet::Weft => (&relaxed.weft, spec.weft.shape, 0),
+                let (curves, yarns, phase_offset) = match set {
+                    YarnSet::Warp => (&relaxed.warp, &spec.warp, turned(&spec, size[1])),
+                    YarnSet::Weft => (&relaxed.weft, &spec.weft, 0),
                 };
+                let kind = yarns.kind_of[own.index(yarn)] as usize;
+                let shape = yarns.kinds[kind].shape;
                 let aspect = aspect(shape);
-                let twist = Twist::new(&shape, crossing.spacing);
+                let twist = twists(yarns, crossing.spacing)[kind];
                 let path = YarnPath {
                     set,
+                    kind,
                     offset: (own.start(yarn) + 0.5 * own.slot(yarn)) / aspect,
                     start: crossing.start(range.start),
                     slots: range.clone().map(|i| crossing.slot(i)).collect(),
@@ -114,7 +117,9 @@ impl WholeCloth {
         for pick in rows.clone() {
             add(YarnSet::Weft, pick, (&picks, &ends), &columns);
         }
-        let aspects = [aspect(spec.warp.shape), aspect(spec.weft.shape)];
+        let aspects = [&spec.warp, &spec.weft].map(|yarns| {
+            (0..yarns.spacing.len()).map(|yarn| aspect(yarns.kind(yarn).shape)).collect()
+        });
         Self { pieces, numbers, aspects, size }
     }
 
@@ -140,7 +145,7 @@ impl WholeCloth {
         let ray = ray.shifted(corner);
         self.pieces.iter().filter_map(move |(set, yarn, piece)| {
             // Where the yarns are round: with a unit direction, in the lengths of that space.
-            let narrow = self.narrow(*set);
+            let narrow = self.narrow(*set, *yarn);
             let length = (narrow * ray.direction).length();
             let direction = narrow * ray.direction / length;
             let ray = Ray { origin: narrow * ray.origin, direction };
@@ -149,9 +154,9 @@ impl WholeCloth {
         })
     }
 
-    /// What takes points to where the yarns of a set are round.
-    fn narrow(&self, set: YarnSet) -> glam::DMat3 {
-        let across = 1.0 / self.aspects[set as usize];
+    /// What takes points to where a yarn of the pattern is round.
+    fn narrow(&self, set: YarnSet, yarn: usize) -> glam::DMat3 {
+        let across = 1.0 / self.aspects[set as usize][yarn];
         match set {
             YarnSet::Warp => glam::DMat3::from_diagonal([across, 1.0, 1.0].into()),
             YarnSet::Weft => glam::DMat3::from_diagonal([1.0, across, 1.0].into()),
@@ -161,13 +166,13 @@ impl WholeCloth {
     /// The plies around a point, each once: set, number of the yarn through all repeats, ply.
     pub fn containing(&self, point: glam::DVec3) -> Vec<(YarnSet, i64, usize)> {
         let point = point + glam::DVec3::new(0.5 * self.size[0], -0.5 * self.size[1], 0.0);
-        let inside = |set: YarnSet, piece: &Piece| match piece {
-            Piece::Cylinder(cylinder) => cylinder.contains(self.narrow(set) * point),
+        let inside = |set: YarnSet, yarn: usize, piece: &Piece| match piece {
+            Piece::Cylinder(cylinder) => cylinder.contains(self.narrow(set, yarn) * point),
             Piece::Patch(_) => false,
         };
         let pieces = self.pieces.iter().zip(&self.numbers);
         let mut found: Vec<_> = pieces
-            .filter(|((set, _, piece), _)| inside(*set, piece))
+            .filter(|((set, yarn, piece), _)| inside(*set, *yarn, piece))
             .map(|((set, ..), (yarn, ply))| (*set, *yarn, *ply))
             .collect();
         found.sort_by_key(|(set, yarn, ply)| (*set as usize, *yarn, *ply));
@@ -186,9 +191,16 @@ impl WholeCloth {
 fn turned(spec: &ClothSpec, height: f64) -> i64 {
     let picks = spec.weft.spacing.len();
     let repeat: f64 = spec.weft.spacing.iter().sum();
-    let twist = Twist::new(&spec.warp.shape, &spec.weft.spacing);
+    let repeats = twists(&spec.warp, &spec.weft.spacing).into_iter().map(|t| t.repeats(picks));
+    let whole = repeats.fold(1, common_multiple);
     let covering = (height / repeat).ceil() as usize;
-    (picks * covering.min(twist.repeats(picks))) as i64
+    (picks * covering.min(whole)) as i64
+}
+
+/// Of each kind of yarn, how it twists.
+fn twists(yarns: &YarnSpec, spacing: &[f64]) -> Vec<Twist> {
+    let shapes: Vec<_> = yarns.shapes().copied().collect();
+    Twist::together(&shapes, spacing)
 }
 
 /// How many times wider than high a yarn is.

@@ -6,9 +6,11 @@ import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
+from plycloth._check import ParameterError
 from plycloth._plycloth import __version__
 from plycloth.cli.compare import add_compare
 from plycloth.cli.fit import add_fit
+from plycloth.cli.options import named_as_option
 from plycloth.cli.render import add_render
 
 BAD_INPUT = 2
@@ -63,7 +65,8 @@ def _parser() -> argparse.ArgumentParser:
 def _one_line(error: OSError | ValueError | MemoryError) -> str:
     if isinstance(error, OSError) and error.filename is not None:
         return f"{error.filename}: {error.strerror}"
-    return " ".join(str(error).split())
+    text = " ".join(str(error).split())
+    return named_as_option(text) if isinstance(error, ParameterError) else text
 
 
 @contextmanager

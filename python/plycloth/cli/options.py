@@ -1,7 +1,7 @@
 """Options that several commands have, and what is made of them."""
 
 import argparse
-from difflib import get_close_matches
+import re
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +12,32 @@ from plycloth._color import decode
 from plycloth.image_file import READABLE, WRITABLE, ImageError
 from plycloth.light import EnvironmentLight, Light
 from plycloth.overview import LIGHTINGS
+
+# What errors about arguments of Python name, and the options of the command line that those come
+# from.
+OPTIONS = {
+    "the preset": "--yarn",
+    "a lighting": "--light",
+    "the number of a colour": "--recolor",
+    "a colour": "--recolor",
+    "the draft has no colour": "--recolor: the draft has no colour",
+    "Swatch.size_mm": "--size-mm",
+    "covers": "--cover",
+    **{
+        name: f"--{name.replace('_', '-')}"
+        for name in (
+            "exposure",
+            "height",
+            "seconds",
+            "seed",
+            "size_mm",
+            "spp",
+            "threads",
+            "width",
+            "width_mm",
+        )
+    },
+}
 
 
 def add_output(command: argparse.ArgumentParser) -> None:
@@ -61,10 +87,7 @@ def add_common(command: argparse.ArgumentParser) -> None:
 def check_output(path: Path) -> None:
     """See before the work that its result can be written."""
     if path.suffix.lower() not in WRITABLE:
-        nearest = get_close_matches(path.suffix.lower(), WRITABLE, n=1, cutoff=0)[0]
-        raise ImageError(
-            f"{path}: must end in one of {', '.join(WRITABLE)}; the nearest is {nearest}"
-        )
+        raise ImageError(f"{path}: must end in one of {', '.join(WRITABLE)}")
     if not path.parent.is_dir():
         raise ValueError(f"{path}: there is no folder {path.parent}")
 
@@ -91,6 +114,14 @@ def ground(argument: str, options: argparse.Namespace) -> dict[str, Any]:
             f" {options.ground!r}"
         ) from None
     return {argument: decode(np.divide(display, 255))}
+
+
+def named_as_option(problem: str) -> str:
+    """Return what is wrong with an argument of Python as what is wrong with its option."""
+    for name, option in OPTIONS.items():
+        if re.match(rf"{re.escape(name)}\b", problem):
+            return option + problem.removeprefix(name)
+    return problem
 
 
 def progress(options: argparse.Namespace) -> bool | None:

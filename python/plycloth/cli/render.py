@@ -19,7 +19,7 @@ from plycloth.cli.options import (
     say,
 )
 from plycloth.draft import Draft
-from plycloth.fabric import Fabric, default_yarn
+from plycloth.fabric import Fabric, draft_yarns
 from plycloth.gradual import render_to
 from plycloth.image import Image
 from plycloth.image_write import checked_dpi
@@ -28,9 +28,10 @@ from plycloth.presets import preset, presets
 from plycloth.render import Renderer
 from plycloth.scene import Scene
 from plycloth.wif import read_wif
-from plycloth.yarn import RoundYarn
+from plycloth.yarn_set import Yarns
 
 CLOTH_SIDES = ("face", "back")
+SIDES_OF_END_ONE = ("left", "right")
 
 
 def add_render(commands: Any) -> None:
@@ -71,6 +72,20 @@ def add_render(commands: Any) -> None:
         f" thickness: {', '.join(presets())} (default: three plies)",
     )
     add(
+        "--recolor",
+        metavar="NUMBER=#RRGGBB",
+        type=_recoloring,
+        action="append",
+        help="another colour in place of one of the draft's, counted from 1 in the order of the"
+        " ends, then the picks, that have it first; may be given several times",
+    )
+    add(
+        "--end-one",
+        choices=SIDES_OF_END_ONE,
+        help="on which side the draft's first end lies (default: left; much weaving software"
+        " draws it at the right)",
+    )
+    add(
         "--fit-yarns",
         action="store_true",
         help="press and narrow yarns that pass through each other; those of a draft always are",
@@ -94,10 +109,10 @@ def _render(options: argparse.Namespace) -> None:
 def _scene(options: argparse.Namespace) -> tuple[Scene, str]:
     """Return the scene to render, and what it shows in words."""
     if options.draft.suffix.lower() == ".json":
-        if options.yarn is not None:
-            raise ValueError("--yarn: is for a draft; a saved fabric has its own yarns")
-        if options.untrimmed:
-            raise ValueError("--untrimmed: is for a draft; a saved fabric has all its yarns")
+        for name in ("yarn", "recolor", "end_one", "untrimmed"):
+            if getattr(options, name):
+                option = name.replace("_", "-")
+                raise ValueError(f"--{option}: is for a draft; what is saved has its own yarns")
         saved = load(options.draft)
         if isinstance(saved, Scene):
             if options.fit_yarns:
@@ -111,13 +126,13 @@ def _scene(options: argparse.Namespace) -> tuple[Scene, str]:
         fabric = saved.fitted(progress=progress(options)) if options.fit_yarns else saved
         shown = f"the fabric {options.draft}"
     else:
-        draft = read_wif(options.draft, trim=not options.untrimmed)
+        draft = _draft(options)
         shown = repr(draft)
         if options.yarn is None:
             fabric = Fabric.from_draft(draft, progress=progress(options))
         else:
-            yarn = _scaled_preset(options.yarn, draft)
-            fabric = Fabric.from_draft(draft, yarn, yarn).fitted(progress=progress(options))
+            yarns = _scaled_preset(options.yarn, draft)
+            fabric = Fabric.from_draft(draft, *yarns).fitted(progress=progress(options))
     if options.side == "back":
         fabric, shown = fabric.turned_over(), f"the back of {shown}"
     scene = overview(
@@ -130,9 +145,25 @@ def _scene(options: argparse.Namespace) -> tuple[Scene, str]:
     return scene, shown
 
 
-def _scaled_preset(name: str, draft: Draft) -> RoundYarn:
-    """Return a measured yarn, enlarged to the median thickness of the draft's yarns."""
-    default = default_yarn(draft.warp_thickness)
+def _draft(options: argparse.Namespace) -> Draft:
+    """Read the draft, turned and dyed as the options say."""
+    draft = read_wif(options.draft, trim=not options.untrimmed)
+    if options.end_one == "right":
+        draft = draft.mirrored()
+    return draft.recolored(dict(options.recolor)) if options.recolor else draft
+
+
+def _recoloring(text: str) -> tuple[int, str]:
+    number, equals, color = text.partition("=")
+    if not equals or not number.isdecimal():
+        raise argparse.ArgumentTypeError(f"must be NUMBER=#RRGGBB, such as 3=#aa3322, not {text!r}")
+    return int(number), color
+
+
+def _scaled_preset(name: str, draft: Draft) -> tuple[Yarns, Yarns]:
+    """Return a measured yarn, enlarged to the thickness of each of the draft's threads."""
     measured = preset(name)
-    scale = default.radius_mm / measured.radius_mm
-    return replace(default, plies=measured.plies, pitch_mm=measured.pitch * scale)
+    return (
+        draft_yarns(draft.warp_thickness, draft.warp_spacing, measured),
+        draft_yarns(draft.weft_thickness, draft.weft_spacing, measured),
+    )

@@ -6,12 +6,13 @@ use std::ops::Range;
 use glam::DVec3;
 
 use super::ways::Near;
-use super::{Block, BlockPlan, Cuts, Piece, Strand, YarnForms, cylinder, patch};
+use super::{Block, BlockPlan, Cuts, Group, Piece, Strand, YarnForms, cylinder, patch};
 use crate::accel::bilinear::Bilinear;
 use crate::accel::bounds::Bounds;
 use crate::accel::bvh::Bvh;
 use crate::accel::cylinder::{Cylinder, between};
 use crate::cloth::spec::YarnShape;
+use crate::cloth::twist::Twist;
 use crate::cloth::yarn_path::{YarnPath, YarnSet};
 
 /// Room for rounding, as a part of a piece's size.
@@ -26,41 +27,21 @@ impl Block {
     /// their pieces that reach in.
     pub fn new(plan: &BlockPlan, forms: &YarnForms) -> Self {
         let mut boxes = Vec::new();
-        let sets = [YarnSet::Warp, YarnSet::Weft];
-        let widening = sets.map(|set| wider(set, forms.of(set).0.aspect()));
-        let [warp, weft] = sets.map(|set| match (forms.of(set).0.unpressed(), forms.of(set).1) {
-            (shape @ YarnShape::Round { plies, ply_radius, .. }, twist) => {
-                let aspect = forms.of(set).0.aspect();
-                let all = |path: &YarnPath| {
-                    let path = path.narrowed(aspect);
-                    (0..plies).map(|n| path.ply(&shape, twist, n)).collect()
-                };
-                let bounds = |start, end| {
-                    let Bounds { min, max } = Cylinder::new(start, end, ply_radius).bounds();
-                    let widening = widening[set as usize];
-                    Bounds { min: min * widening, max: max * widening }
-                };
-                let (joints, strands) = inside(plan, set, all, bounds, &mut boxes);
-                (Cuts::Joints(joints, ply_radius), strands)
-            }
-            (YarnShape::Flat { width, .. }, _) => {
-                let all = |path: &YarnPath| vec![path.ribbon(width)];
-                let bounds = |start, end| Bilinear::new(start, end).bounds();
-                let (edges, strands) = inside(plan, set, all, bounds, &mut boxes);
-                (Cuts::Edges(edges), strands)
-            }
-        });
+        let groups: Vec<_> = kinds_near(plan)
+            .into_iter()
+            .enumerate()
+            .map(|(number, (set, kind))| {
+                let of_kind = Members { plan, set, kind, number };
+                Group::new(&of_kind, forms.0[set as usize][kind], &mut boxes)
+            })
+            .collect();
         let footprint = footprint(plan.size);
         let mut traced = boxes.clone();
         traced.retain(|(_, bounds)| overlaps(bounds, &footprint));
         let mut block = Self {
-            near_of: [&warp.0, &weft.0].map(|cuts| vec![None; cuts.len()]),
             near: Vec::new(),
-            cuts: [warp.0, weft.0],
-            strands: [warp.1, weft.1],
-            narrowing: widening.map(DVec3::recip),
-            pressed: widening != [DVec3::ONE; 2],
-            widening,
+            pressed: groups.iter().any(|group| group.widening != DVec3::ONE),
+            groups,
             bvh: Bvh::new(&traced),
         };
         block.survey(&boxes, &around(plan.size));
@@ -73,8 +54,8 @@ impl Block {
             let first = self.near.len() as u32;
             let near: Vec<_> = boxes.iter().filter_map(|other| self.near(*own, *other)).collect();
             self.near.extend(near);
-            let (set, cut) = (Piece(own.0).set(), Piece(own.0).cut());
-            self.near_of[set][cut] = Some([first, self.near.len() as u32]);
+            let (group, cut) = (Piece(own.0).group(), Piece(own.0).cut());
+            self.groups[group].near_of[cut] = Some([first, self.near.len() as u32]);
         }
     }
 
@@ -85,11 +66,13 @@ impl Block {
         (other, other_box): (u32, Bounds),
     ) -> Option<Near> {
         let [own, other] = [own, other].map(Piece);
-        if !own_box.meets(&other_box) || self.strand(own) == self.strand(other) {
+        let is_same = own.group() == other.group() && self.strand(own) == self.strand(other);
+        if is_same || !own_box.meets(&other_box) {
             return None;
         }
-        // Of pressed yarns, only in one set's own space are both round.
-        if (!self.pressed || own.set() == other.set())
+        // Only in the same own space are both round.
+        let [narrowing, others] = [own, other].map(|piece| self.groups[piece.group()].narrowing);
+        if narrowing == others
             && let [Some(a), Some(b)] = [own, other].map(|piece| self.round(piece))
             && !a.may_overlap(&b)
         {
@@ -103,9 +86,9 @@ impl Block {
         Some(Near { piece: other, normal, height: height.next_down() })
     }
 
-    /// A piece of a round ply, in its set's own space.
+    /// A piece of a round ply, in its group's own space.
     fn round(&self, piece: Piece) -> Option<Cylinder> {
-        match &self.cuts[piece.set()] {
+        match &self.groups[piece.group()].cuts {
             Cuts::Joints(joints, radius) => Some(cylinder(joints, *radius, piece.cut())),
             Cuts::Edges(_) => None,
         }
@@ -113,20 +96,73 @@ impl Block {
 
     /// The ends of a piece's centre line.
     fn axis(&self, piece: Piece) -> [DVec3; 2] {
-        [piece.cut(), piece.cut() + 1].map(|cut| match &self.cuts[piece.set()] {
-            Cuts::Joints(joints, _) => joints[cut].point * self.widening[piece.set()],
+        let group = &self.groups[piece.group()];
+        [piece.cut(), piece.cut() + 1].map(|cut| match &group.cuts {
+            Cuts::Joints(joints, _) => joints[cut].point * group.widening,
             Cuts::Edges(edges) => 0.5 * (edges[cut].left + edges[cut].right),
         })
     }
 
     /// How far down a piece reaches along `up`.
     fn lowest(&self, piece: Piece, up: DVec3) -> f64 {
-        match &self.cuts[piece.set()] {
+        let group = &self.groups[piece.group()];
+        match &group.cuts {
             Cuts::Joints(joints, radius) => {
-                cylinder(joints, *radius, piece.cut()).lowest(up * self.widening[piece.set()])
+                cylinder(joints, *radius, piece.cut()).lowest(up * group.widening)
             }
             Cuts::Edges(edges) => patch(edges, piece.cut()).lowest(up),
         }
+    }
+}
+
+/// The kinds of yarns in a plan: ends first, each set's in the order of their numbers.
+pub fn kinds_near(plan: &BlockPlan) -> Vec<(YarnSet, usize)> {
+    let mut kinds: Vec<_> = plan.yarns.iter().map(|(_, path)| (path.set, path.kind)).collect();
+    kinds.sort_by_key(|(set, kind)| (*set as usize, *kind));
+    kinds.dedup();
+    kinds
+}
+
+/// The yarns of a group: those of a plan that run one way and are of one kind.
+struct Members<'a> {
+    plan: &'a BlockPlan,
+    set: YarnSet,
+    kind: usize,
+    /// The group's number.
+    number: usize,
+}
+
+impl Group {
+    /// Builds the strands of these yarns; the boxes of their pieces are added to `boxes`.
+    fn new(
+        members: &Members,
+        (shape, twist): (YarnShape, Twist),
+        boxes: &mut Vec<(u32, Bounds)>,
+    ) -> Self {
+        let aspect = shape.aspect();
+        let widening = wider(members.set, aspect);
+        let (cuts, strands) = match shape.unpressed() {
+            round @ YarnShape::Round { plies, ply_radius, .. } => {
+                let all = |path: &YarnPath| {
+                    let path = path.narrowed(aspect);
+                    (0..plies).map(|n| path.ply(&round, twist, n)).collect()
+                };
+                let bounds = |start, end| {
+                    let Bounds { min, max } = Cylinder::new(start, end, ply_radius).bounds();
+                    Bounds { min: min * widening, max: max * widening }
+                };
+                let (joints, strands) = inside(members, all, bounds, boxes);
+                (Cuts::Joints(joints, ply_radius), strands)
+            }
+            YarnShape::Flat { width, .. } => {
+                let all = |path: &YarnPath| vec![path.ribbon(width)];
+                let bounds = |start, end| Bilinear::new(start, end).bounds();
+                let (edges, strands) = inside(members, all, bounds, boxes);
+                (Cuts::Edges(edges), strands)
+            }
+        };
+        let near_of = vec![None; cuts.len()];
+        Self { cuts, strands, near_of, narrowing: widening.recip(), widening }
     }
 }
 
@@ -138,18 +174,19 @@ fn wider(set: YarnSet, aspect: f64) -> DVec3 {
     }
 }
 
-/// The cuts of those strands of a set that reach into the block or just beside it; their pieces that
+/// The cuts of those strands of a group that reach into the block or just beside it; their pieces that
 /// do are added to `boxes`. `cuts_of` answers the cuts of a yarn, strand by strand.
 fn inside<C: Copy>(
-    plan: &BlockPlan,
-    set: YarnSet,
+    members: &Members,
     cuts_of: impl Fn(&YarnPath) -> Vec<Vec<C>>,
     bounds: impl Fn(C, C) -> Bounds,
     boxes: &mut Vec<(u32, Bounds)>,
 ) -> (Vec<C>, Vec<Strand>) {
+    let Members { plan, set, kind, number } = *members;
     let (mut cuts, mut strands) = (Vec::new(), Vec::new());
     let room = around(plan.size);
-    for (yarn, path) in plan.yarns.iter().filter(|(_, path)| path.set == set) {
+    let of_kind = |(_, path): &&(i32, YarnPath)| (path.set, path.kind) == (set, kind);
+    for (yarn, path) in plan.yarns.iter().filter(of_kind) {
         for strand in cuts_of(path) {
             let first = cuts.len();
             let pieces = strand.windows(2).map(|pair| bounds(pair[0], pair[1])).enumerate();
@@ -157,7 +194,7 @@ fn inside<C: Copy>(
             boxes.extend(
                 pieces
                     .filter(|(_, bounds)| overlaps(bounds, &room))
-                    .map(|(cut, bounds)| (Piece::new(set, first + cut).0, bounds)),
+                    .map(|(cut, bounds)| (Piece::new(number, first + cut).0, bounds)),
             );
             if boxes.len() > before {
                 cuts.extend(strand);

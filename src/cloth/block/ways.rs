@@ -79,19 +79,19 @@ impl Block {
         mut t: f64,
         mut meet: impl FnMut(&[Near], f64) -> Option<(Piece, f64)>,
     ) -> Stretch {
-        let set = piece.set();
-        let Cuts::Joints(joints, radius) = &self.cuts[set] else {
+        let group = &self.groups[piece.group()];
+        let Cuts::Joints(joints, radius) = &group.cuts else {
             return Stretch { piece, t, end: End::Wall, surveyed: true };
         };
-        let own = if self.pressed { ray.scaled(self.narrowing[set]) } else { *ray };
+        let own = if self.pressed { ray.scaled(group.narrowing) } else { *ray };
         let strand = self.strand(piece);
         let mut cut = located(joints, strand, piece.cut(), own.at(t));
         let mut surveyed = true;
         loop {
             let left = cylinder(joints, *radius, cut).leave(&own, t);
             let (Leave::Wall(t_out) | Leave::Forward(t_out) | Leave::Backward(t_out)) = left;
-            let piece = Piece::new(strand.set, cut);
-            match self.near_of[set][cut] {
+            let piece = Piece::new(piece.group(), cut);
+            match group.near_of[cut] {
                 None => surveyed = false,
                 Some([first, last]) if first < last => {
                     if let Some((other, t)) = meet(&self.near[first as usize..last as usize], t_out)
@@ -127,10 +127,10 @@ impl Block {
         inverse: DVec3,
         [t_min, t_max]: [f64; 2],
     ) -> Option<(Piece, f64)> {
-        let strand = own.map(|own| self.strand(own));
+        let strand = own.map(|own| (own.group(), self.strand(own)));
         let is_own = |piece: Piece| {
-            let (set, cut) = (piece.set(), piece.cut());
-            strand.is_some_and(|s| s.set as usize == set && (s.first..s.last).contains(&cut))
+            let (group, cut) = (piece.group(), piece.cut());
+            strand.is_some_and(|(own, s)| own == group && (s.first..s.last).contains(&cut))
         };
         let enter = |pieces: [u32; 2], t_max| {
             let others = pieces.into_iter().map(Piece).filter(|piece| !is_own(*piece));
@@ -147,9 +147,9 @@ impl Block {
         let ray = Ray { origin: point, direction: DVec3::Z };
         self.bvh.any(&ray, ray.inverse(), 0.0, f64::MIN_POSITIVE, |[a, b]| {
             for piece in [a, b].iter().take(if a == b { 1 } else { 2 }).map(|&piece| Piece(piece)) {
-                if let Cuts::Joints(joints, radius) = &self.cuts[piece.set()]
-                    && cylinder(joints, *radius, piece.cut())
-                        .contains(point * self.narrowing[piece.set()])
+                let group = &self.groups[piece.group()];
+                if let Cuts::Joints(joints, radius) = &group.cuts
+                    && cylinder(joints, *radius, piece.cut()).contains(point * group.narrowing)
                     && !found.iter().any(|other| self.strand(*other) == self.strand(piece))
                 {
                     found.push(piece);
@@ -162,8 +162,9 @@ impl Block {
 
     /// The first joint of `piece`.
     pub fn joint(&self, piece: Piece) -> Option<DVec3> {
-        match &self.cuts[piece.set()] {
-            Cuts::Joints(joints, _) => Some(joints[piece.cut()].point * self.widening[piece.set()]),
+        let group = &self.groups[piece.group()];
+        match &group.cuts {
+            Cuts::Joints(joints, _) => Some(joints[piece.cut()].point * group.widening),
             Cuts::Edges(_) => None,
         }
     }
@@ -172,13 +173,16 @@ impl Block {
     /// reaches into the block. (A ply's number tells nothing: it depends on the phase of the twist
     /// that the block starts with.)
     pub fn piece_with(&self, set: YarnSet, yarn: i32, joint: DVec3) -> Option<Piece> {
-        let Cuts::Joints(joints, _) = &self.cuts[set as usize] else { return None };
-        let joint = joint * self.narrowing[set as usize];
-        let plies = self.strands[set as usize].iter().filter(|strand| strand.yarn == yarn);
-        let pieces = plies.map(|strand| {
+        // All plies of a yarn are in one group.
+        let is_it = |strand: &Strand| strand.set == set && strand.yarn == yarn;
+        let number = self.groups.iter().position(|group| group.strands.iter().any(is_it))?;
+        let group = &self.groups[number];
+        let Cuts::Joints(joints, _) = &group.cuts else { return None };
+        let joint = joint * group.narrowing;
+        let pieces = group.strands.iter().filter(|strand| is_it(strand)).map(|strand| {
             let cut = located(joints, strand, strand.first, joint);
             let off = |cut: usize| joints[cut].point.distance_squared(joint);
-            (off(cut).min(off(cut + 1)), Piece::new(set, cut))
+            (off(cut).min(off(cut + 1)), Piece::new(number, cut))
         });
         pieces.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, piece)| piece)
     }
