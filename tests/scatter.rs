@@ -15,8 +15,10 @@ use plycloth::scatter::aim::Aim;
 use plycloth::scatter::dielectric::RoughDielectric;
 use plycloth::scatter::fresnel::fresnel;
 use plycloth::scatter::ggx::Ggx;
+use plycloth::scatter::halo::Halo;
 use plycloth::scatter::passage::Passage;
 use plycloth::scatter::ply::{Choice, Crossing, PlyBsdf, PlyParameters};
+use plycloth::scatter::ribbon::Ribbon;
 
 /// Chi-square tests in this file, for the common significance.
 const TESTS: usize = 160;
@@ -231,7 +233,8 @@ fn passage_with(
     let refracted = bsdf.sample_refracted(wo, None, 0.0, [0.3, 0.6]).unwrap();
     let incident = (DVec3::new(0.2, -0.4, 0.0) - refracted.0).normalize();
     let passage = bsdf.sample_passage(interfaces, refracted, incident, 0.4, [0.7, 0.2]);
-    (passage, bsdf.crossing(wo, Some(passage), floor))
+    // A path that is red already.
+    (passage, bsdf.crossing(wo, Some(passage), Rgb::new(0.9, 0.2, 0.1), floor))
 }
 
 /// What leads to a lamp beyond, through a surface that does not face x.
@@ -256,6 +259,50 @@ fn aims_have_their_density_and_their_middle() {
         let (normal, lamp) = (DVec3::new(0.2, 0.3, 1.0), DVec3::new(0.3, -0.5, -1.0));
         let sines = [middle, lamp].map(|d| d.normalize().cross(normal.normalize()));
         assert!((bsdf.parameters().eta * sines[0] - sines[1]).length() < 1e-12);
+    }
+}
+
+#[test]
+fn halos_have_their_density() {
+    let frame = Frame::new(DVec3::new(0.2, 0.3, 1.0).normalize(), DVec3::Y);
+    for bsdf in plies() {
+        for lamp in views() {
+            let halo = Halo::new(&bsdf, frame, lamp);
+            let name = format!("halo {:?} {lamp}", bsdf.parameters());
+            let sample = |i| halo.sample(random(i).next_2d());
+            check(&name, TESTS, |direction| halo.pdf(direction), sample);
+        }
+    }
+}
+
+/// Light goes through a ribbon to a lamp from where its halo says: directions chosen by it are worth
+/// about the same, those chosen by cosine hardly anything or very much.
+#[test]
+fn halos_are_where_ribbons_pass_light_from() {
+    let roughness = ggx([0.1, 0.2]);
+    let base =
+        PlyParameters { roughness, exit_roughness: roughness, extinction: 0.0, ..parameters() };
+    let ribbon = |base| Ribbon::new(PlyBsdf::new(base).unwrap(), 0.1);
+    let clear = ribbon(PlyParameters { transmitted_color: Rgb::ZERO, ..base });
+    for lamp in &views()[..3] {
+        let halo = Halo::new(&PlyBsdf::new(base).unwrap(), Frame::new(DVec3::Z, DVec3::X), *lamp);
+        let spread = |sample: &dyn Fn([f64; 2]) -> Option<(DVec3, f64)>| {
+            let worth = |i: usize| {
+                let mut sampler = random(i);
+                let Some((from, pdf)) = sample(sampler.next_2d()) else { return 0.0 };
+                clear.eval(-from, *lamp, 64, &mut sampler).0.x / pdf
+            };
+            let values: Vec<f64> = (0..4000).map(worth).collect();
+            let count = values.len() as f64;
+            let [average, error] = mean(values.into_iter());
+            error * count.sqrt() / average
+        };
+        let by_halo = spread(&|u| halo.sample(u).map(|w| (w, halo.pdf(w))));
+        let by_cosine = spread(&|u| {
+            let w = square_to_cosine_hemisphere(u);
+            Some((w, square_to_cosine_hemisphere_pdf(w)))
+        });
+        assert!(by_halo < 1.0 && by_cosine > 3.0, "{lamp}: {by_halo} {by_cosine}");
     }
 }
 
@@ -425,7 +472,7 @@ fn the_body_gets_exactly_what_is_not_refracted_at_the_exit() {
                 let refracted = (first.refracted, first.refracted_pdf);
                 let passage =
                     bsdf.sample_passage([true; 2], refracted, first.facet.incident, 0.4, u);
-                bsdf.crossing(wo, Some(passage), 0.0).passage.unwrap().1.body
+                bsdf.crossing(wo, Some(passage), Rgb::ONE, 0.0).passage.unwrap().1.body
             }));
             // By the visible normals at y: what refraction lets out before any is blocked.
             let passed = sphere_integral(|h| {

@@ -161,6 +161,11 @@ impl YarnSpec {
         self.kinds.iter().map(|kind| &kind.shape)
     }
 
+    /// Whether a kind is a ribbon.
+    pub fn has_ribbons(&self) -> bool {
+        self.shapes().any(|shape| matches!(shape, YarnShape::Flat { .. }))
+    }
+
     /// The greatest of what `measure` says of the kinds.
     pub fn greatest(&self, measure: impl Fn(&YarnShape) -> f64) -> f64 {
         self.shapes().map(measure).fold(f64::NEG_INFINITY, f64::max)

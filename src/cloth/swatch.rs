@@ -26,6 +26,7 @@ const SELF_HIT_DISTANCE: f64 = 1e-6;
 #[derive(Debug)]
 pub struct Swatch {
     pub(super) axes: [Axis; 2],
+    has_ribbons: bool,
     blocks: Blocks,
     /// Ends and picks in the pattern.
     counts: [usize; 2],
@@ -116,6 +117,7 @@ impl Swatch {
             first_yarn: [0, 1].map(|axis| layout.first_yarns(axis)),
             tile_yarns: layout.counts(),
             axes: layout.axes(),
+            has_ribbons: [&spec.warp, &spec.weft].iter().any(|yarns| yarns.has_ribbons()),
             blocks: Blocks::new(layout),
             size,
             heights: [low - reach, high + reach],
@@ -159,6 +161,12 @@ impl Swatch {
             surface.normal *= -surface.normal.dot(ray.direction).signum();
         }
         Hit { t, place, surface, cut: false }
+    }
+
+    /// Whether any yarns are ribbons.
+    #[inline]
+    pub fn has_ribbons(&self) -> bool {
+        self.has_ribbons
     }
 
     /// The shape of the yarn at a place.

@@ -24,6 +24,12 @@ impl Frame {
         Self(DMat3::from_cols(tangent, normal.cross(tangent), normal))
     }
 
+    /// This frame, given in the world, in the coordinates of another.
+    #[inline]
+    pub fn seen_from(&self, other: &Self) -> Self {
+        Self::orthonormal(other.to_local(self.normal()), other.to_local(self.tangent()))
+    }
+
     /// The unit normal.
     #[inline]
     pub fn normal(&self) -> DVec3 {

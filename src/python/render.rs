@@ -71,7 +71,7 @@ impl CompiledScene {
             let swatch = Swatch::of(&spec, relaxed.clone(), size)?;
             Ok((relaxed, swatch, palette.materials(control)?))
         })?;
-        let scene = Scene { swatch, materials, camera, lights: Lights(lights), background };
+        let scene = Scene { swatch, materials, camera, lights: Lights::new(lights), background };
         Ok(Self { scene, spec, relaxed })
     }
 

@@ -153,16 +153,41 @@ pub struct LightSample {
 
 /// All lights of a scene.
 #[derive(Debug, Clone, Default)]
-pub struct Lights(pub Vec<Light>);
+pub struct Lights {
+    /// Those without extent, which only connections find.
+    lamps: Vec<Light>,
+    /// The others, which directions may meet.
+    extended: Vec<Light>,
+}
 
 impl Lights {
-    /// Light arriving at `point` from one light, chosen with equal probability.
+    /// These lights.
+    pub fn new(lights: Vec<Light>) -> Self {
+        let is_lamp =
+            |light: &Light| matches!(light, Light::Point { .. } | Light::Directional { .. });
+        let (lamps, extended) = lights.into_iter().partition(is_lamp);
+        Self { lamps, extended }
+    }
+
+    /// Whether there are lights without extent.
     #[inline]
-    pub fn sample(&self, point: DVec3, choice: f64, u: [f64; 2]) -> Option<LightSample> {
-        let count = self.0.len();
-        let light = self.0.get(((choice * count as f64) as usize).min(count.max(1) - 1))?;
+    pub fn have_lamps(&self) -> bool {
+        !self.lamps.is_empty()
+    }
+
+    /// Light arriving at `point` from a light without extent; all are chosen with equal probability.
+    #[inline]
+    pub fn sample_lamp(&self, point: DVec3, choice: f64) -> Option<LightSample> {
+        let (lamp, probability) = chosen(&self.lamps, choice)?;
+        let sample = lamp.sample(point, [0.5; 2])?;
+        Some(LightSample { weight: sample.weight / probability, ..sample })
+    }
+
+    /// Light arriving at `point` from one of the others, chosen with equal probability.
+    #[inline]
+    pub fn sample_extended(&self, point: DVec3, choice: f64, u: [f64; 2]) -> Option<LightSample> {
+        let (light, probability) = chosen(&self.extended, choice)?;
         let sample = light.sample(point, u)?;
-        let probability = 1.0 / count as f64;
         Some(LightSample {
             weight: sample.weight / probability,
             pdf: sample.pdf.map(|pdf| pdf * probability),
@@ -174,7 +199,7 @@ impl Lights {
     #[inline]
     pub fn nearest(&self, ray: &Ray) -> Option<(f64, usize)> {
         let mut nearest: Option<(f64, usize)> = None;
-        for (number, light) in self.0.iter().enumerate() {
+        for (number, light) in self.extended.iter().enumerate() {
             if let Light::Rectangle(rectangle) = light
                 && let Some(t) = rectangle.intersect(ray)
                 && nearest.is_none_or(|(best, _)| t < best)
@@ -192,20 +217,20 @@ impl Lights {
     }
 
     /// Radiance that arrives along the ray from a rectangle, and the density with which
-    /// [`Lights::sample`] would have chosen it.
+    /// [`Lights::sample_extended`] would have chosen it.
     #[inline]
     pub fn emitted(&self, ray: &Ray, (t, number): (f64, usize)) -> (Rgb, f64) {
-        let Light::Rectangle(rectangle) = &self.0[number] else { return (Rgb::ZERO, 0.0) };
-        let pdf = rectangle.pdf(ray.direction, t) / self.0.len() as f64;
+        let Light::Rectangle(rectangle) = &self.extended[number] else { return (Rgb::ZERO, 0.0) };
+        let pdf = rectangle.pdf(ray.direction, t) / self.extended.len() as f64;
         (rectangle.emitted(ray.direction), pdf)
     }
 
     /// What the surroundings send against `direction`, light by light, each with the density with
-    /// which [`Lights::sample`] would have chosen it.
+    /// which [`Lights::sample_extended`] would have chosen it.
     #[inline]
     pub fn surroundings(&self, direction: DVec3) -> impl Iterator<Item = (Rgb, f64)> + '_ {
-        let probability = 1.0 / self.0.len() as f64;
-        self.0.iter().filter_map(move |light| match light {
+        let probability = 1.0 / self.extended.len() as f64;
+        self.extended.iter().filter_map(move |light| match light {
             Light::Constant { radiance } => Some((*radiance, SPHERE_PDF * probability)),
             Light::Environment(environment) => {
                 Some((environment.radiance(direction), environment.pdf(direction) * probability))
@@ -213,6 +238,14 @@ impl Lights {
             _ => None,
         })
     }
+}
+
+/// The light that `choice` names, a number in [0, 1), and its probability.
+#[inline]
+fn chosen(lights: &[Light], choice: f64) -> Option<(&Light, f64)> {
+    let count = lights.len();
+    let light = lights.get(((choice * count as f64) as usize).min(count.max(1) - 1))?;
+    Some((light, 1.0 / count as f64))
 }
 
 impl Light {
@@ -298,12 +331,12 @@ mod tests {
     fn irradiance_under_a_square_is_that_of_the_form_factor() {
         let (edge_x, edge_y) = (DVec3::new(0.0, 2.0, 0.0), DVec3::new(2.0, 0.0, 0.0));
         let rectangle = Rectangle::new(DVec3::new(0.0, 0.0, 1.5), [edge_x, edge_y], Rgb::ONE);
-        let lights = Lights(vec![Light::Rectangle(rectangle)]);
+        let lights = Lights::new(vec![Light::Rectangle(rectangle)]);
         let n = 300;
         let mut irradiance = 0.0;
         for i in 0..n * n {
             let u = [((i % n) as f64 + 0.5) / n as f64, ((i / n) as f64 + 0.5) / n as f64];
-            let sample = lights.sample(DVec3::ZERO, 0.5, u).unwrap();
+            let sample = lights.sample_extended(DVec3::ZERO, 0.5, u).unwrap();
             irradiance += sample.weight.x * sample.direction.z / (n * n) as f64;
         }
         let a: f64 = 1.0 / 1.5;

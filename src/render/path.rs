@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::aim::Target;
 use super::light::LightSample;
 use super::scene::{Contact, Exit, Inside, Interaction, Material, Scene};
 use crate::accel::ray::Ray;
@@ -40,6 +41,14 @@ pub enum Side {
     Straight,
 }
 
+impl Side {
+    /// The sign of the normal's component of directions on this side.
+    #[inline]
+    fn sign(self) -> f64 {
+        if self == Self::Entry { 1.0 } else { -1.0 }
+    }
+}
+
 /// Takes note of a path as it is traced.
 pub trait Recorder {
     /// The path meets a yarn.
@@ -66,6 +75,10 @@ impl Recorder for NoRecorder {
     fn emitted(&mut self, _: Rgb) {}
 }
 
+/// The part of the directions that is aimed, where there is something to aim at. Whatever the aim
+/// misses gains weight by what goes to it.
+const AIMED: f64 = 0.25;
+
 /// Where a path goes on.
 struct Next {
     ray: Ray,
@@ -76,14 +89,25 @@ struct Next {
     value: Rgb,
     /// The density of the direction, given the side.
     pdf: f64,
+    /// The same without aims: what lights that are met are weighed by. Connections do not know
+    /// whether there will be an aim.
+    unaimed_pdf: f64,
     /// The probability of having come to this side at all.
     chance: f64,
     /// What is met at once, if the light does not go into the air.
     contact: Option<Box<Contact>>,
 }
 
-/// Random numbers that choose a light, and a point on it.
-type LightNumber = (f64, [f64; 2]);
+/// Random numbers that choose lights.
+#[derive(Debug, Clone, Copy)]
+struct LightNumbers {
+    /// Chooses one of those without extent.
+    lamp: f64,
+    /// Chooses one of the others,
+    extended: f64,
+    /// and a point on it.
+    point: [f64; 2],
+}
 
 /// A path under way.
 struct Path<'a, R> {
@@ -134,7 +158,7 @@ impl<R: Recorder> Path<'_, R> {
             let Some(survival) = self.survival(next.value * weight, depth) else { return };
             self.recorder.scatter(next.side, next.wi, weight / survival);
             self.throughput *= next.value * (weight / survival);
-            (ray, scattered_pdf, contact) = (next.ray, Some(next.pdf), next.contact);
+            (ray, scattered_pdf, contact) = (next.ray, Some(next.unaimed_pdf), next.contact);
         }
     }
 
@@ -196,62 +220,58 @@ impl<R: Recorder> Path<'_, R> {
         self.recorder.vertex(material, wo, None);
         let pdf = square_to_cosine_hemisphere_pdf;
         let eval = |wi| (reflectance * pdf(wi), pdf(wi));
-        let before = self.light_number();
+        let before = self.light_numbers();
         self.add_light_before(interaction, before, eval);
         let wi = square_to_cosine_hemisphere(self.sampler.next_2d());
-        scattered_back(interaction, wi, eval)
+        self.scattered_back(interaction, (Some(wi), 1.0), eval)
     }
 
     // Not inlined: it is long, and paths through diffuse cloth do without it.
     #[inline(never)]
     fn at_ply(&mut self, interaction: &Interaction, bsdf: &PlyBsdf) -> Option<Next> {
         let Interaction { material, wo, .. } = *interaction;
-        let beyond = self.light_number();
-        let (passage, exit) = self.pass(interaction, bsdf, beyond).unzip();
+        let beyond = self.light_numbers();
+        let lamp = self.lamp_beyond(interaction, beyond);
+        let (passage, exit) = self.pass(interaction, bsdf, lamp).unzip();
         self.recorder.vertex(material, wo, passage.as_ref());
-        let before = self.light_number();
-        let crossing = bsdf.crossing(wo, passage, self.limits.lobe_floor);
+        let before = self.light_numbers();
+        let crossing = bsdf.crossing(wo, passage, self.throughput, self.limits.lobe_floor);
         let eval = |wi| (bsdf.eval_entry(wo, &crossing, wi), bsdf.pdf_entry(wo, &crossing, wi));
         self.add_light_before(interaction, before, eval);
         // The probability of looking for light beyond the ply, and of going on there if so.
-        let (passed, both_sides) = (crossing.entry_probabilities[2], self.limits.both_sides);
+        let passed = crossing.entry_probabilities[2];
+        // A lamp beyond is not seen from x: looking for it from y costs nothing more.
+        let both_sides = self.limits.both_sides || lamp.is_some();
         let (looked, gone) = if both_sides { (1.0, passed) } else { (passed, 1.0) };
         if let (true, Some(exit)) = (both_sides, &exit) {
             self.add_light_beyond(bsdf, &crossing, exit, beyond, looked, gone);
         }
-        match bsdf.sample_entry(wo, &crossing, &mut self.sampler) {
-            Choice::Lost => None,
-            Choice::Pass => {
-                let exit = exit?;
-                if !both_sides {
-                    self.add_light_beyond(bsdf, &crossing, &exit, beyond, looked, gone);
-                }
-                self.leave_ply(bsdf, &crossing, exit, beyond, looked, gone)
+        let choice = bsdf.sample_entry(wo, &crossing, &mut self.sampler);
+        if choice == Choice::Pass {
+            let exit = exit?;
+            if !both_sides {
+                self.add_light_beyond(bsdf, &crossing, &exit, beyond, looked, gone);
             }
-            Choice::Scatter(wi) => match interaction.contact() {
-                None => scattered_back(interaction, wi, eval),
-                Some(contact) => {
-                    let Interaction { point, frame, .. } = interaction;
-                    let (wi, aim) = self.aimed(wi, &contact, *point, frame, before)?;
-                    let share = crossing.entry_probabilities[1];
-                    scattered_back(interaction, wi, |wi| with_aim(eval(wi), share, &aim, wi))
-                }
-            },
+            return self.leave_ply(bsdf, &crossing, &exit, looked, gone);
         }
+        self.scattered_back(interaction, (choice.direction(), 1.0 - passed), eval)
     }
 
-    /// Refracts light into the ply and follows it to where it comes out.
+    /// Refracts light into the ply, half of it aimed at a lamp beyond, and follows it to where it
+    /// comes out.
     #[inline]
     fn pass(
         &mut self,
         interaction: &Interaction,
         bsdf: &PlyBsdf,
-        beyond: LightNumber,
+        lamp: Option<DVec3>,
     ) -> Option<(Passage, Exit)> {
         let (entry, facet) = (self.sampler.next_2d(), self.sampler.next_2d());
         let enters = interaction.is_in_air();
         let refracted = if enters {
-            let aim = self.aim_beyond(interaction, bsdf, beyond);
+            // As if y faced x.
+            let facing = Frame::orthonormal(DVec3::Z, DVec3::X);
+            let aim = lamp.and_then(|lamp| Aim::new(bsdf.exit_from_outside(), facing, lamp));
             bsdf.sample_refracted(interaction.wo, aim.as_ref(), self.limits.lobe_floor, entry)?
         } else {
             (-interaction.wo, 1.0)
@@ -261,49 +281,90 @@ impl<R: Recorder> Path<'_, R> {
         Some((bsdf.sample_passage(interfaces, refracted, incident, length, facet), exit))
     }
 
-    /// The direction from `point` to the lamp that this number chooses, if it is one that only
-    /// connections find.
+    /// The direction, in the frame at x, to the lamp that these numbers choose, if it shines on the
+    /// other side.
     #[inline]
-    fn lamp(&self, point: DVec3, (choice, u): LightNumber) -> Option<DVec3> {
-        let sample = self.scene.lights.sample(point, choice, u)?;
-        sample.pdf.is_none().then_some(sample.direction)
+    fn lamp_beyond(&self, interaction: &Interaction, numbers: LightNumbers) -> Option<DVec3> {
+        let sample = self.scene.lights.sample_lamp(interaction.point, numbers.lamp)?;
+        let lamp = interaction.frame.to_local(sample.direction);
+        (lamp.z < 0.0).then_some(lamp)
     }
 
-    /// What refracted light is aimed at, as if y faced x.
+    /// What light that goes on from a point is aimed at: a lamp that it reaches only through plies.
     #[inline]
-    fn aim_beyond(
-        &self,
-        interaction: &Interaction,
-        bsdf: &PlyBsdf,
-        beyond: LightNumber,
-    ) -> Option<Aim> {
-        let lamp = interaction.frame.to_local(self.lamp(interaction.point, beyond)?);
-        Aim::new(bsdf.exit_from_outside(), Frame::orthonormal(DVec3::Z, DVec3::X), lamp)
-    }
-
-    /// Light that a body scatters into `wi` through a contact: half of it is aimed at the lamp that
-    /// this number chooses, if there is one on that side. `frame` is that of `wi`.
-    #[cold]
-    fn aimed(
+    fn target(
         &mut self,
-        wi: DVec3,
-        contact: &Contact,
+        side: Side,
         point: DVec3,
         frame: &Frame,
-        number: LightNumber,
-    ) -> Option<(DVec3, Option<Aim>)> {
-        let on_its_side = |lamp: &DVec3| lamp.dot(frame.normal()) * wi.z > 0.0;
-        let lamp = self.lamp(point, number).filter(on_its_side);
-        let aim = lamp.and_then(|lamp| self.scene.aim_through(contact, point, frame, lamp));
-        let Some(aim) = aim else { return Some((wi, None)) };
-        let (choice, u) = (self.sampler.next_1d(), self.sampler.next_2d());
-        let aimed = if choice < 0.5 { wi } else { aim.sample(u)? };
-        (aimed.z * wi.z > 0.0).then_some((aimed, Some(aim)))
+        contact: Option<&Contact>,
+    ) -> Option<Target> {
+        let Scene { lights, .. } = self.scene;
+        if !lights.have_lamps() || contact.is_none() && !self.scene.swatch.has_ribbons() {
+            return None;
+        }
+        let lamp = lights.sample_lamp(point, self.sampler.next_1d())?;
+        if frame.normal().dot(lamp.direction) * side.sign() <= 0.0 {
+            return None;
+        }
+        match contact {
+            Some(contact) => self.scene.aim_through(contact, point, frame, lamp.direction),
+            None => self.scene.aim_behind(point, frame, lamp),
+        }
+    }
+
+    /// The path that goes on from `point` into a direction that the lobes there chose, unless they
+    /// lose the light, or that is aimed. `share` is how likely either is, rather than that the light
+    /// goes on otherwise.
+    #[inline(always)]
+    fn scattered(
+        &mut self,
+        (side, chance): (Side, f64),
+        (point, frame): (DVec3, &Frame),
+        contact: Option<Box<Contact>>,
+        (lobes, share): (Option<DVec3>, f64),
+        eval: impl Fn(DVec3) -> (Rgb, f64),
+    ) -> Option<Next> {
+        let target = self.target(side, point, frame, contact.as_deref());
+        let wi = match &target {
+            Some(target) if self.sampler.next_1d() < AIMED => {
+                target.sample(self.sampler.next_2d())?
+            }
+            _ => lobes?,
+        };
+        let (value, unaimed_pdf) = eval(wi);
+        let pdf = target.map_or(unaimed_pdf, |target| {
+            (1.0 - AIMED) * unaimed_pdf + AIMED * share * target.pdf(wi)
+        });
+        let ray = Ray { origin: point, direction: frame.to_world(wi) };
+        (unaimed_pdf > 0.0).then_some(Next {
+            ray,
+            side,
+            wi,
+            value,
+            pdf,
+            unaimed_pdf,
+            chance,
+            contact,
+        })
+    }
+
+    /// The path that goes on from x.
+    #[inline(always)]
+    fn scattered_back(
+        &mut self,
+        interaction: &Interaction,
+        lobes: (Option<DVec3>, f64),
+        eval: impl Fn(DVec3) -> (Rgb, f64),
+    ) -> Option<Next> {
+        let place = (interaction.point, &interaction.frame);
+        self.scattered((Side::Entry, 1.0), place, interaction.contact(), lobes, eval)
     }
 
     #[inline]
-    fn light_number(&mut self) -> LightNumber {
-        (self.sampler.next_1d(), self.sampler.next_2d())
+    fn light_numbers(&mut self) -> LightNumbers {
+        let (lamp, extended) = (self.sampler.next_1d(), self.sampler.next_1d());
+        LightNumbers { lamp, extended, point: self.sampler.next_2d() }
     }
 
     /// Adds light that reaches x through the air.
@@ -311,12 +372,12 @@ impl<R: Recorder> Path<'_, R> {
     fn add_light_before(
         &mut self,
         interaction: &Interaction,
-        number: LightNumber,
+        numbers: LightNumbers,
         eval: impl Fn(DVec3) -> (Rgb, f64),
     ) {
         if interaction.is_in_air() {
             let Interaction { point, frame, .. } = interaction;
-            self.add_light(Side::Entry, *point, frame, number, 1.0, eval);
+            self.add_light(Side::Entry, *point, frame, numbers, 1.0, eval);
         }
     }
 
@@ -327,13 +388,13 @@ impl<R: Recorder> Path<'_, R> {
         bsdf: &PlyBsdf,
         crossing: &Crossing,
         exit: &Exit,
-        number: LightNumber,
+        numbers: LightNumbers,
         looked: f64,
         gone: f64,
     ) {
         if exit.is_in_air() {
             let eval = |wi| eval_exit(bsdf, crossing, wi, gone);
-            self.add_light(Side::Exit, exit.point, &exit.frame, number, looked, eval);
+            self.add_light(Side::Exit, exit.point, &exit.frame, numbers, looked, eval);
         }
     }
 
@@ -343,58 +404,57 @@ impl<R: Recorder> Path<'_, R> {
         &mut self,
         bsdf: &PlyBsdf,
         crossing: &Crossing,
-        exit: Exit,
-        number: LightNumber,
-        looked: f64,
+        exit: &Exit,
+        chance: f64,
         gone: f64,
     ) -> Option<Next> {
         let (passage, terms) = crossing.passage.as_ref()?;
         let contact = exit.contact();
-        let (side, wi, (value, pdf)) = match bsdf.sample_exit(passage, crossing, &mut self.sampler)
-        {
-            Choice::Scatter(wi) => {
-                let (wi, aim) = match &contact {
-                    None => (wi, None),
-                    Some(contact) => self.aimed(wi, contact, exit.point, &exit.frame, number)?,
-                };
-                let share = gone * crossing.exit_probabilities[1];
-                let scattered = eval_exit(bsdf, crossing, wi, gone);
-                (Side::Exit, wi, with_aim(scattered, share, &aim, wi))
-            }
-            Choice::Pass => {
-                let pdf = gone * crossing.exit_probabilities[0];
-                (Side::Straight, -passage.facet.incident, (bsdf.eval_straight(terms), pdf))
-            }
-            Choice::Lost => return None,
-        };
-        let ray = Ray { origin: exit.point, direction: exit.frame.to_world(wi) };
-        (pdf > 0.0).then_some(Next { ray, side, wi, value, pdf, chance: looked, contact })
+        let [straight, body] = crossing.exit_probabilities;
+        let choice = bsdf.sample_exit(passage, crossing, &mut self.sampler);
+        if choice == Choice::Pass {
+            let (side, wi, pdf) = (Side::Straight, -passage.facet.incident, gone * straight);
+            let ray = Ray { origin: exit.point, direction: exit.frame.to_world(wi) };
+            let value = bsdf.eval_straight(terms);
+            return Some(Next { ray, side, wi, value, pdf, unaimed_pdf: pdf, chance, contact });
+        }
+        let share = gone * if contact.is_some() { body } else { 1.0 };
+        let place = (exit.point, &exit.frame);
+        let eval = |wi| eval_exit(bsdf, crossing, wi, gone);
+        self.scattered((Side::Exit, chance), place, contact, (choice.direction(), share), eval)
     }
 
-    /// Adds light from one light source, scattered by `eval` (value and density), at a side that
-    /// was come to with probability `chance`.
+    /// Adds light from one lamp and one other light, scattered by `eval` (value and density), at a
+    /// side that was come to with probability `chance`.
     #[inline(always)]
     fn add_light(
         &mut self,
         side: Side,
         point: DVec3,
         frame: &Frame,
-        (choice, u): LightNumber,
+        LightNumbers { lamp, extended, point: u }: LightNumbers,
         chance: f64,
         eval: impl Fn(DVec3) -> (Rgb, f64),
     ) {
-        let Some(sample) = self.scene.lights.sample(point, choice, u) else { return };
-        let LightSample { direction, distance, weight, pdf } = sample;
-        let wi = frame.to_local(direction);
-        let (value, scattered_pdf) = eval(wi);
-        let dark =
-            if self.limits.lobe_floor > 0.0 { scattered_pdf <= 0.0 } else { value == Rgb::ZERO };
-        if dark || !self.scene.visible(point, direction, distance) {
-            return;
+        let lights = &self.scene.lights;
+        let lamp = lights.sample_lamp(point, lamp);
+        let extended = lights.sample_extended(point, extended, u);
+        for sample in [lamp, extended].into_iter().flatten() {
+            let LightSample { direction, distance, weight, pdf } = sample;
+            let wi = frame.to_local(direction);
+            let (value, scattered_pdf) = eval(wi);
+            let dark = if self.limits.lobe_floor > 0.0 {
+                scattered_pdf <= 0.0
+            } else {
+                value == Rgb::ZERO
+            };
+            if dark || !self.scene.visible(point, direction, distance) {
+                continue;
+            }
+            let weight = weight * (pdf.map_or(1.0, |pdf| balance(pdf, scattered_pdf)) / chance);
+            self.recorder.light(side, wi, weight);
+            self.radiance += self.throughput * value * weight;
         }
-        let weight = weight * (pdf.map_or(1.0, |pdf| balance(pdf, scattered_pdf)) / chance);
-        self.recorder.light(side, wi, weight);
-        self.radiance += self.throughput * value * weight;
     }
 }
 
@@ -405,28 +465,6 @@ fn eval_exit(bsdf: &PlyBsdf, crossing: &Crossing, wi: DVec3, gone: f64) -> (Rgb,
         let pdf = gone * bsdf.pdf_exit(passage, crossing, wi);
         (bsdf.eval_exit(passage, terms, wi), pdf)
     })
-}
-
-/// Value and density of scattering into `wi`, where the body scatters the part `share` of the light
-/// and half of that, or nothing, is aimed.
-#[inline(always)]
-fn with_aim((value, pdf): (Rgb, f64), share: f64, aim: &Option<Aim>, wi: DVec3) -> (Rgb, f64) {
-    (value, aim.as_ref().map_or(pdf, |aim| 0.5 * (pdf + share * aim.pdf(wi))))
-}
-
-/// The path that goes on from x into the local direction `wi`, if that has any density.
-#[inline(always)]
-fn scattered_back(
-    interaction: &Interaction,
-    wi: DVec3,
-    eval: impl Fn(DVec3) -> (Rgb, f64),
-) -> Option<Next> {
-    let (value, pdf) = eval(wi);
-    let Interaction { point, frame, .. } = interaction;
-    let ray = Ray { origin: *point, direction: frame.to_world(wi) };
-    let contact = interaction.contact();
-    let (side, chance) = (Side::Entry, 1.0);
-    (pdf > 0.0).then_some(Next { ray, side, wi, value, pdf, chance, contact })
 }
 
 /// The balance heuristic (Veach 1997): the share of a strategy with density `own`.

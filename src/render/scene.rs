@@ -200,6 +200,12 @@ impl Scene {
         }
     }
 
+    /// Whether the yarn there is a ribbon, whose two faces are one.
+    #[inline]
+    pub fn is_ribbon(&self, interaction: &Interaction) -> bool {
+        matches!(self.swatch.shape(&interaction.place), YarnShape::Flat { .. })
+    }
+
     /// Whether nothing stands between a point and something at `distance` in `direction`.
     #[inline]
     pub fn visible(&self, origin: DVec3, direction: DVec3, distance: f64) -> bool {

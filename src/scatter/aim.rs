@@ -34,9 +34,7 @@ impl Aim {
     /// The same for directions in `frame`, which is given in the coordinates used so far.
     #[inline]
     pub fn seen_from(self, frame: &Frame) -> Self {
-        let [normal, tangent] =
-            [self.frame.normal(), self.frame.tangent()].map(|axis| frame.to_local(axis));
-        Self { frame: Frame::orthonormal(normal, tangent), ..self }
+        Self { frame: self.frame.seen_from(frame), ..self }
     }
 
     /// The direction that a smooth interface refracts towards the lamp.

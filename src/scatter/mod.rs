@@ -8,6 +8,7 @@ mod diffusion;
 pub mod facet;
 pub mod fresnel;
 pub mod ggx;
+pub mod halo;
 pub mod interface;
 pub mod passage;
 pub mod ply;

@@ -25,7 +25,7 @@ use super::fresnel::fresnel;
 use super::ggx::Ggx;
 use super::passage::{Passage, PassageTerms, PlyOptics};
 use crate::error::{Result, check_range};
-use crate::math::color::{Rgb, mean};
+use crate::math::color::Rgb;
 use crate::math::dual::constant;
 use crate::math::rng::Sampler;
 use crate::sampling::warp::{square_to_cosine_hemisphere, square_to_cosine_hemisphere_pdf};
@@ -185,11 +185,22 @@ impl PlyBsdf {
         Passage { interfaces, refracted, refracted_pdf, facet, length }
     }
 
-    /// What `passage` lets through, and how likely each lobe should be chosen: about `floor` at
-    /// least if there is such a lobe for any parameters.
+    /// What `passage` lets through, and how likely each lobe should be chosen by a path of this
+    /// throughput: about `floor` at least if there is such a lobe for any parameters.
     #[inline]
-    pub fn crossing(&self, wo: DVec3, passage: Option<Passage>, floor: f64) -> Crossing {
+    pub fn crossing(
+        &self,
+        wo: DVec3,
+        passage: Option<Passage>,
+        throughput: Rgb,
+        floor: f64,
+    ) -> Crossing {
         let p = &self.parameters;
+        // By all channels alike, a path that is red already would go on too seldom in red cloth, and
+        // so with a weight that grows.
+        let sum = throughput.element_sum();
+        let shares = if sum > 0.0 { throughput / sum } else { Rgb::splat(1.0 / 3.0) };
+        let mean = |color: Rgb| color.dot(shares);
         let mirror = mean(p.specular_tint) * fresnel(wo.z, p.eta);
         let Some(passage) = passage else {
             let entry_probabilities = [1.0, 0.0, 0.0];
@@ -331,6 +342,17 @@ pub enum Choice {
     Pass,
     /// Nowhere.
     Lost,
+}
+
+impl Choice {
+    /// The direction into which light is scattered, if it is.
+    #[inline]
+    pub fn direction(self) -> Option<DVec3> {
+        match self {
+            Self::Scatter(direction) => Some(direction),
+            Self::Pass | Self::Lost => None,
+        }
+    }
 }
 
 impl From<Option<DVec3>> for Choice {

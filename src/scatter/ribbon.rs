@@ -63,7 +63,7 @@ impl Ribbon {
             let length = self.thickness / -refracted.0.z;
             self.bsdf.sample_passage([true; 2], refracted, -refracted.0, length, facet)
         });
-        self.bsdf.crossing(wo, passage, 0.0)
+        self.bsdf.crossing(wo, passage, Rgb::ONE, 0.0)
     }
 
     fn value(&self, wo: DVec3, crossing: &Crossing, wi: DVec3) -> Rgb {

@@ -103,7 +103,7 @@ pub fn scene(spec: &ClothSpec, size: f64, material: Material, lights: Vec<Light>
             of_yarn: [vec![0; spec.pattern.ends], vec![0; spec.pattern.picks]],
         },
         camera: camera.unwrap(),
-        lights: Lights(lights),
+        lights: Lights::new(lights),
         background: None,
     }
 }
