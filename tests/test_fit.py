@@ -185,7 +185,7 @@ def test_the_gradient_is_that_of_the_objective():
 
 def test_averages_at_the_start_are_those_of_the_picture():
     everything, u, _ = problem([Lens(), Lens()])
-    everything = replace(everything, paths=512, max_depth=None)
+    everything = replace(everything, paths=4096, max_depth=None)
     tapes = everything.record(u, 9)
     rendered = [
         pc.render(s, spp=64, seed=2, both_sides=True, progress=False)

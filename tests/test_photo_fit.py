@@ -254,7 +254,7 @@ def test_an_exposure_that_is_known_is_kept(efforts):
 
 def test_the_fitted_cloth_by_itself_has_the_colours_of_the_photograph(efforts):
     """The rig's units and light have nothing to do with those of `overview`."""
-    efforts(Effort(cells=4, paths=128, rounds=4, evaluations=3, judging_paths=64))
+    efforts(Effort(cells=4, paths=1024, rounds=4, evaluations=3, judging_paths=64))
     color = np.array([0.7, 0.35, 0.2])
     matte = pc.PlyBsdf(1.3, base_color=color, transmitted_color=color, roughness=0.6)
     scene = pc.photo_rig(SATIN.fabric((matte, matte)), "front", resolution=(32, 32))
