@@ -3,7 +3,10 @@
 mod common;
 
 use common::rays::direction;
-use common::whole::{WholeCloth, quantum};
+use common::weaves::{
+    mixed, press, pressed, random_ray, satin, swatch, thick_and_thin, thin, twill, uneven,
+};
+use common::whole::WholeCloth;
 use common::{cloth, flat, plain, round};
 use glam::DVec3;
 use plycloth::accel::ray::Ray;
@@ -11,91 +14,8 @@ use plycloth::cloth::inside::Way;
 use plycloth::cloth::spec::{ClothSpec, YarnKind, YarnShape, YarnSpec};
 use plycloth::cloth::swatch::Swatch;
 use plycloth::cloth::twist::Twist;
-use plycloth::cloth::yarn_path::YarnSet;
 use plycloth::control::Control;
 use plycloth::math::rng::Sampler;
-use plycloth::weave::relax::relax;
-
-fn swatch(spec: &ClothSpec, size: [f64; 2]) -> Swatch {
-    Swatch::new(spec, size, &Control::default()).unwrap()
-}
-
-/// A warp-faced twill: `over` over, `under` under.
-fn twill(over: usize, under: usize, shape: YarnShape) -> ClothSpec {
-    let n = over + under;
-    cloth([n, n], |pick, end| (end + n - pick) % n < over, shape)
-}
-
-fn satin(shape: YarnShape) -> ClothSpec {
-    cloth([5, 5], |pick, end| end != (2 * pick) % 5, shape)
-}
-
-/// A yarn of `plies` that fits between others which are `spacing` apart.
-fn thin(plies: usize, spacing: f64, pitch: f64) -> YarnShape {
-    let YarnShape::Round { radius, ply_radius, .. } = round(plies) else { unreachable!() };
-    YarnShape::round(spacing * radius, plies, spacing * ply_radius, pitch)
-}
-
-/// Two ribbons and three plies, all spacings different, 3 picks and 4 ends.
-fn uneven() -> ClothSpec {
-    let mut spec = cloth([3, 4], |pick, end| (pick + end) % 3 == 0, thin(3, 0.6, -1.9));
-    spec.warp.spacing = vec![0.9, 0.7, 1.3, 0.6];
-    spec.weft.spacing = vec![0.5, 0.8, 0.55];
-    spec.weft.kinds[0].shape = thin(2, 0.5, 0.8);
-    spec
-}
-
-/// The same yarn, `aspect` times wider than high.
-fn pressed(shape: YarnShape, aspect: f64) -> YarnShape {
-    let mut pressed = shape;
-    if let YarnShape::Round { radius, thickness, collision, .. } = &mut pressed {
-        *thickness = 2.0 * *radius / aspect;
-        *collision = *radius / aspect;
-    }
-    pressed
-}
-
-fn press(yarns: &mut YarnSpec, aspect: f64) {
-    for kind in &mut yarns.kinds {
-        kind.shape = pressed(kind.shape, aspect);
-    }
-}
-
-/// Thick, thin and flat yarns in one set, thick and thin ones of other aspects in the other.
-fn thick_and_thin() -> ClothSpec {
-    let kind = |shape| YarnKind { shape, stiffness: 1.0 };
-    let mut spec = uneven();
-    let ribbon = YarnShape::Flat { width: 0.5, thickness: 0.1 };
-    spec.warp.kinds = [thin(3, 0.6, -1.9), thin(1, 0.25, 1.0), ribbon].map(kind).to_vec();
-    spec.warp.kind_of = vec![0, 1, 0, 2];
-    spec.weft.kinds = [pressed(thin(2, 0.5, 0.8), 1.6), thin(4, 0.4, 1.3)].map(kind).to_vec();
-    spec.weft.kind_of = vec![1, 0, 0];
-    spec
-}
-
-fn mixed() -> ClothSpec {
-    let mut spec = twill(2, 1, flat());
-    spec.weft.kinds[0].shape = thin(4, 0.5, 1.7);
-    spec.weft.spacing = vec![0.6; 3];
-    spec
-}
-
-/// Rays from above and below, some from far away, and from between the yarns.
-fn random_ray(sampler: &mut Sampler, size: [f64; 2]) -> Ray {
-    let place = |sampler: &mut Sampler, z: f64| {
-        let [u, v] = sampler.next_2d();
-        DVec3::new((u - 0.5) * size[0], (v - 0.5) * size[1], z)
-    };
-    let height = 1.6 * sampler.next_1d() - 0.8;
-    let target = place(sampler, height);
-    let direction = direction(sampler);
-    let away = match (sampler.next_1d() * 4.0) as u32 {
-        0 | 1 => 0.0,
-        2 => 10.0,
-        _ => 1000.0,
-    };
-    Ray { origin: target - away * direction, direction }
-}
 
 /// Compares swatch and whole cloth along `count` random rays, and answers how many hit surfaces.
 fn compare(spec: &ClothSpec, size: [f64; 2], count: u64) -> usize {
@@ -359,88 +279,6 @@ fn ways_inside_plies_end_where_plies_do_or_others_begin() {
 
 /// The centre lines of plies and ribbons are the relaxed curves, where the pattern says.
 #[test]
-fn yarns_follow_their_relaxed_curves() {
-    let mut spec = uneven();
-    let thread = YarnShape::round(1e-3, 1, 1e-3, 1.0);
-    (spec.warp.kinds[0].shape, spec.weft.kinds[0].shape) = (thread, thread);
-    let thin = relax(&spec.bottom_up().relax_problem(), &Control::default()).unwrap();
-    let size = [2.0 * 3.5, 2.0 * 1.85];
-    let swatch = swatch(&spec, size);
-    let unit = spec.unit();
-    let mut x = -0.5 * size[0];
-    for (end, spacing) in spec.warp.spacing.iter().enumerate() {
-        x += 0.5 * spacing;
-        for step in 0..100 {
-            let y = (f64::from(step) / 100.0 - 0.5) * size[1];
-            let ray = Ray { origin: DVec3::new(x, y, 3.0), direction: DVec3::NEG_Z };
-            let hit = swatch.nearest(&ray).unwrap();
-            let (height, _) = thin.warp.yarn(end).eval((y + 0.5 * size[1]) / unit);
-            if hit.place.set == YarnSet::Warp {
-                let expected = height * unit + 1e-3;
-                assert!(
-                    (3.0 - hit.t - expected).abs() < 2.0 * quantum(&spec),
-                    "{hit:?} {expected}"
-                );
-                assert_eq!(hit.place.yarn, end);
-            }
-        }
-        x += 0.5 * spacing;
-    }
-}
-
-/// A cloth whose spacings all differ, 3 picks and 4 ends.
-fn wide(shape: YarnShape) -> ClothSpec {
-    let mut spec = cloth([3, 4], |pick, end| (pick + end) % 4 < 2, shape);
-    spec.warp.spacing = vec![1.0, 1.2, 1.4, 1.1];
-    spec.weft.spacing = vec![1.3, 1.0, 1.5];
-    spec
-}
-
-/// Seen from above, the yarn on top of each crossing is the one of the drawdown.
-fn shows_its_drawdown(spec: &ClothSpec) {
-    let size = [2.0 * 4.7, 2.0 * 3.8];
-    let swatch = swatch(spec, size);
-    let mut y = 0.5 * size[1];
-    for pick in 0..6 {
-        y -= 0.5 * spec.weft.spacing[pick % 3];
-        let mut x = -0.5 * size[0];
-        for end in 0..8 {
-            x += 0.5 * spec.warp.spacing[end % 4];
-            let ray = Ray { origin: DVec3::new(x, y, 5.0), direction: DVec3::NEG_Z };
-            let hit = swatch.nearest(&ray).unwrap();
-            let up = spec.pattern.is_warp_up(pick % 3, end % 4);
-            let expected =
-                if up { (YarnSet::Warp, end % 4) } else { (YarnSet::Weft, 2 - pick % 3) };
-            assert_eq!((hit.place.set, hit.place.yarn), expected, "pick {pick} end {end}");
-            x += 0.5 * spec.warp.spacing[end % 4];
-        }
-        y -= 0.5 * spec.weft.spacing[pick % 3];
-    }
-}
-
-#[test]
-fn the_face_shows_the_drawdown_with_the_first_pick_at_the_top() {
-    shows_its_drawdown(&wide(flat()));
-}
-
-/// However thin the yarns are.
-#[test]
-fn thin_yarns_lie_in_the_order_of_the_drawdown() {
-    let round = |radius| YarnShape::round(radius, 1, radius, 1.0);
-    let flat = |thickness| YarnShape::Flat { width: 0.9, thickness };
-    for radius in [1e-3, 4e-4, 1e-5, 1e-7] {
-        let (thread, ribbon) = (round(radius), flat(2.0 * radius));
-        for (warp, weft) in [(thread, thread), (ribbon, ribbon), (thread, ribbon), (ribbon, thread)]
-        {
-            println!("{warp:?} {weft:?}");
-            let mut spec = wide(warp);
-            spec.weft.kinds[0].shape = weft;
-            shows_its_drawdown(&spec);
-        }
-    }
-}
-
-#[test]
 fn large_swatches_store_no_more_blocks_than_small_ones() {
     for shape in [round(3), flat()] {
         let blocks = |size| swatch(&plain(shape), [size, size]).distinct_blocks();
@@ -466,41 +304,6 @@ fn far_cameras_see_what_near_ones_see() {
             (None, None) => {}
             (Some(near), Some(far)) if (near - far).abs() < 1e-8 => {}
             different => panic!("{different:?} {target} {direction}"),
-        }
-    }
-}
-
-/// Times that a ply comes to the top of the end at x = 0.5, seen along its middle.
-fn tops(swatch: &Swatch, length: f64) -> usize {
-    let (mut count, mut was_top) = (0, true);
-    let steps = (200.0 * length) as u32;
-    for step in 0..steps {
-        let y = length * ((f64::from(step) + 0.5) / f64::from(steps) - 0.5);
-        let ray = Ray { origin: DVec3::new(0.5, y, 3.0), direction: DVec3::NEG_Z };
-        let hit = swatch.nearest(&ray);
-        if hit.is_some_and(|hit| hit.place.set == YarnSet::Weft) {
-            continue;
-        }
-        // Between two plies the ray falls through, or on another at the bottom.
-        let is_top = hit.is_some_and(|hit| hit.t < 3.0);
-        count += usize::from(is_top && !was_top);
-        was_top = is_top;
-    }
-    count
-}
-
-#[test]
-fn plies_turn_as_often_as_their_pitch_says() {
-    let length = 600.0;
-    let thread = YarnShape::round(1e-3, 1, 1e-3, 1.0);
-    for plies in [2, 3, 5] {
-        for pitch in [0.9, 2.0, -3.3, 6.6, 8.25, 23.0, 50.0] {
-            let mut spec = plain(thread);
-            spec.warp.kinds[0].shape = YarnShape::round(0.2, plies, 0.03, pitch);
-            let counted = tops(&swatch(&spec, [4.0, length]), length) as f64;
-            let expected = plies as f64 * length / pitch.abs();
-            let off = (counted - expected).abs();
-            assert!(off <= 0.02 * expected + 1.5, "{plies} {pitch}: {counted} {expected}");
         }
     }
 }

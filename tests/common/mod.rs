@@ -2,7 +2,9 @@
 #![allow(dead_code)]
 
 pub mod chi2;
+pub mod lobes;
 pub mod rays;
+pub mod weaves;
 pub mod whole;
 
 use glam::DVec3;
