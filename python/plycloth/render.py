@@ -50,8 +50,9 @@ class Renderer:
         counts once, whether light bounces off it or passes through. None: paths end by chance
         alone, and no light is lost. A preview may ask for less: 8 lose 1 to 7% in bright cloth.
     both_sides
-        Whether light is looked for on both sides of every ply: less noise where it comes from
-        behind the cloth, for more time per sample.
+        Whether light is looked for on both sides of every ply, rather than beyond those alone that
+        a lamp stands behind: less noise where a light with extent is behind the cloth, for more
+        time per sample.
     threads
         Threads to use, unless `run` is given another number; None: one per processor.
     progress

@@ -2,7 +2,8 @@
 
 use rayon::prelude::*;
 
-use super::path::{NoRecorder, PathLimits, Recorder, radiance};
+use super::path::{PathLimits, radiance};
+use super::recorder::{NoRecorder, Recorder};
 use super::scene::Scene;
 use crate::control::Control;
 use crate::error::{Error, Result};

@@ -4,8 +4,9 @@ use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::thread;
 
-use super::path::{NoRecorder, PathLimits, radiance};
+use super::path::{PathLimits, radiance};
 use super::pixel::{Pixel, WORDS};
+use super::recorder::NoRecorder;
 use super::scene::Scene;
 use crate::control::Control;
 use crate::error::{Error, Result};

@@ -7,5 +7,6 @@ pub mod driver;
 pub mod light;
 pub mod path;
 pub mod pixel;
+pub mod recorder;
 pub mod scene;
 pub mod tape;

@@ -4,6 +4,7 @@ use glam::DVec3;
 
 use super::aim::Target;
 use super::light::LightSample;
+use super::recorder::{Recorder, Side};
 use super::scene::{Contact, Exit, Inside, Interaction, Material, Scene};
 use crate::accel::ray::Ray;
 use crate::math::color::Rgb;
@@ -23,56 +24,12 @@ pub struct PathLimits {
     /// Segments before Russian roulette sets in.
     pub roulette_depth: u32,
     /// Whether light is looked for on both sides of every ply, rather than beyond those alone that
-    /// the path goes through: less noise where light comes from behind, for one more shadow ray.
+    /// the path goes through or that a lamp stands behind: less noise where a light with extent is
+    /// behind, for one more shadow ray.
     pub both_sides: bool,
     /// How likely every lobe is at least that some parameters switch on, 0 to 1/4: paths that are to
     /// be evaluated for other parameters must not miss what is dark for those that they are drawn by.
     pub lobe_floor: f64,
-}
-
-/// The side of a yarn on which light is scattered.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Side {
-    /// At x, where it entered.
-    Entry,
-    /// At y, where it leaves.
-    Exit,
-    /// At y, where it goes straight on into a ply that touches.
-    Straight,
-}
-
-impl Side {
-    /// The sign of the normal's component of directions on this side.
-    #[inline]
-    fn sign(self) -> f64 {
-        if self == Self::Entry { 1.0 } else { -1.0 }
-    }
-}
-
-/// Takes note of a path as it is traced.
-pub trait Recorder {
-    /// The path meets a yarn.
-    fn vertex(&mut self, material: u32, wo: DVec3, passage: Option<&Passage>);
-    /// Light of the given weight reaches the last vertex from local direction `wi`.
-    fn light(&mut self, side: Side, wi: DVec3, weight: Rgb);
-    /// The path goes on in local direction `wi` with the given weight.
-    fn scatter(&mut self, side: Side, wi: DVec3, weight: f64);
-    /// The path ends in a light of the given weight.
-    fn emitted(&mut self, weight: Rgb);
-}
-
-/// Takes no note.
-pub struct NoRecorder;
-
-impl Recorder for NoRecorder {
-    #[inline]
-    fn vertex(&mut self, _: u32, _: DVec3, _: Option<&Passage>) {}
-    #[inline]
-    fn light(&mut self, _: Side, _: DVec3, _: Rgb) {}
-    #[inline]
-    fn scatter(&mut self, _: Side, _: DVec3, _: f64) {}
-    #[inline]
-    fn emitted(&mut self, _: Rgb) {}
 }
 
 /// The part of the directions that is aimed, where there is something to aim at. Whatever the aim

@@ -8,7 +8,7 @@ use super::record::Connection;
 use crate::error::Result;
 use crate::math::color::Rgb;
 use crate::math::dual::{Dual6, gradient, variable};
-use crate::render::path::Side;
+use crate::render::recorder::Side;
 use crate::scatter::dielectric::RoughDielectric;
 use crate::scatter::ggx::Ggx;
 use crate::scatter::passage::{Passage, PassageTerms, PlyOptics};

@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use crate::math::color::Rgb;
 use crate::render::cells::Cells;
-use crate::render::path::{Recorder, Side};
+use crate::render::recorder::{Recorder, Side};
 use crate::render::scene::Scene;
 use crate::scatter::passage::Passage;
 
