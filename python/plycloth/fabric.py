@@ -23,13 +23,13 @@ from plycloth._check import (
 )
 from plycloth._color import decode
 from plycloth._saved import Saved
-from plycloth.bsdf import PlyBsdf
+from plycloth.draft_yarns import draft_yarns
 from plycloth.overlap import Overlaps
 from plycloth.progress import Progress, relaxing
 from plycloth.trade import spacing_mm
 from plycloth.weave import WeavePattern
-from plycloth.yarn import FlatYarn, RoundYarn, Yarn
-from plycloth.yarn_set import Yarns, kinds_of, one_or_each
+from plycloth.yarn import RoundYarn, Yarn
+from plycloth.yarn_set import MAX_HALF_WIDTH, Yarns, kinds_of, one_or_each, refit
 
 if TYPE_CHECKING:
     from plycloth.draft import Draft
@@ -42,17 +42,12 @@ Spacing = Annotated[float | FloatArray, number_or_array(POSITIVE)]
 Colors = Annotated[FloatArray | None, optional(array((None, 3), UNIT))]
 Stiffness = Annotated[float, number(POSITIVE)]
 
-# Half widths beyond this many mean spacings reach past the centre of the second neighbour.
-MAX_HALF_WIDTH = 2.0
 # A spacing below this part of the mean lets very many yarns lie on each other.
 MIN_SPACING = 1.0 / 256.0
 
 # A pitch below this part of a crossing would need very many segments: it is an error where a yarn
 # has it, and no yarn's that leaves its pitch open.
 MIN_PITCH = 0.125
-
-# The albedo that a draft's white stands for: that of bleached cotton, not a perfect reflector.
-WHITE_ALBEDO = 0.8
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -240,8 +235,8 @@ class Fabric(Saved):
             warp, weft = _plycloth.fitted(self, progress=report)
         return replace(
             self,
-            warp=_refit(self.warp, self.warp_kinds, self.end_kind, warp),
-            weft=_refit(self.weft, self.weft_kinds, self.pick_kind, weft),
+            warp=refit(self.warp, self.warp_kinds, self.end_kind, warp),
+            weft=refit(self.weft, self.weft_kinds, self.pick_kind, weft),
         )
 
     def turned_over(self) -> Self:
@@ -405,72 +400,5 @@ def _with_pitch(yarn: Yarn, crossing: float | FloatArray) -> Yarn:
     return yarn
 
 
-def draft_yarns(
-    thickness_mm: FloatArray, spacing_mm: FloatArray, like: RoundYarn | None = None
-) -> Yarns:
-    """Return yarns that stand for those of a draft: one, or one per thread if they differ.
-
-    Parameters
-    ----------
-    thickness_mm, spacing_mm
-        Diameter and slot of each thread. None is made thicker than `Fabric` takes, four mean
-        slots; `Fabric.fitted` narrows them to less.
-    like
-        Gives plies and pitch, as parts of its radius. None: three plies, a pitch of 8 radii.
-    """
-    widest = 2.0 * MAX_HALF_WIDTH * float(np.mean(spacing_mm))
-    thickness = np.minimum(thickness_mm, widest)
-    known = {value: _draft_yarn(value, like) for value in np.unique(thickness).tolist()}
-    if len(known) == 1:
-        return next(iter(known.values()))
-    return tuple(known[value] for value in thickness.tolist())
-
-
-def _draft_yarn(thickness_mm: float, like: RoundYarn | None) -> RoundYarn:
-    bsdf = PlyBsdf(base_color=(WHITE_ALBEDO,) * 3, transmitted_color=(WHITE_ALBEDO,) * 3)
-    yarn = RoundYarn(radius_mm=0.5 * thickness_mm, bsdf=bsdf)
-    if like is None:
-        return yarn
-    pitch = None if like.pitch_mm is None else like.pitch_mm * yarn.radius_mm / like.radius_mm
-    return replace(yarn, plies=like.plies, pitch_mm=pitch)
-
-
 def _number_if_even(spacing: FloatArray) -> float | FloatArray:
     return float(spacing[0]) if np.ptp(spacing) == 0.0 else spacing
-
-
-def _refit(
-    yarns: Yarns,
-    kinds: Sequence[Yarn],
-    kind_of: NDArray[np.uint32],
-    measures: Sequence[tuple[float, float, float]],
-) -> Yarns:
-    """Return yarns with other measures for each kind."""
-    resized = [_resized(yarn, *new) for yarn, new in zip(kinds, measures, strict=True)]
-    if not isinstance(yarns, Sequence):
-        return yarns if resized[0] is kinds[0] else resized[0]
-    return tuple(
-        yarn if resized[kind] is kinds[kind] else resized[kind]
-        for yarn, kind in zip(yarns, kind_of, strict=True)
-    )
-
-
-def _resized(yarn: Yarn, half_width: float, thickness: float, collision: float) -> Yarn:
-    """Return the yarn with other measures, or the same one if they are its own."""
-    if (half_width, thickness, collision) == (
-        yarn.half_width,
-        yarn.thickness,
-        yarn.collision_radius,
-    ):
-        return yarn
-    if isinstance(yarn, FlatYarn):
-        return replace(yarn, width_mm=2.0 * half_width, thickness_mm=thickness)
-    narrower = half_width / yarn.radius_mm
-    return replace(
-        yarn,
-        radius_mm=half_width,
-        pitch_mm=yarn.pitch,
-        ply_radius_mm=None if yarn.ply_radius_mm is None else narrower * yarn.ply_radius_mm,
-        thickness_mm=thickness,
-        collision_radius_mm=collision,
-    )

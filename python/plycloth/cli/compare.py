@@ -6,9 +6,7 @@ from typing import Any
 
 from plycloth.cli.options import (
     add_common,
-    add_dpi,
-    add_light,
-    add_output,
+    add_picture,
     check_output,
     ground,
     light,
@@ -39,8 +37,7 @@ def add_compare(commands: Any) -> None:
         f" ({', '.join(READABLE)}), or a measured yarn, of which a plain weave is shown:"
         f" {', '.join(presets())}",
     )
-    add_output(command)
-    add("--spp", type=int, default=32, help="samples per pixel (default: %(default)s)")
+    add_picture(command)
     add("--height", type=int, default=HEIGHT, metavar="PIXELS", help="default: %(default)s")
     add(
         "--size-mm",
@@ -50,8 +47,6 @@ def add_compare(commands: Any) -> None:
         help="of each piece of cloth (default: a square with a repeat of each cloth and at least"
         f" {FEWEST_YARNS} yarns of the coarsest)",
     )
-    add_light(command)
-    add_dpi(command)
     add_common(command)
 
 

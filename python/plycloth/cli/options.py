@@ -44,9 +44,10 @@ OPTIONS = {
 }
 
 
-def add_output(command: argparse.ArgumentParser) -> None:
-    """Add the picture to write."""
-    command.add_argument(
+def add_picture(command: argparse.ArgumentParser) -> None:
+    """Add the picture to write, its samples, its light and what is seen through gaps."""
+    add = command.add_argument
+    add(
         "-o",
         "--output",
         metavar="FILE",
@@ -54,11 +55,7 @@ def add_output(command: argparse.ArgumentParser) -> None:
         required=True,
         help=".png, .tif or .jpg (sRGB, 8 bit) or .exr (linear, 32 bit)",
     )
-
-
-def add_light(command: argparse.ArgumentParser) -> None:
-    """Add the light, and what is seen through gaps."""
-    add = command.add_argument
+    add("--spp", type=int, default=32, help="samples per pixel (default: %(default)s)")
     add(
         "--light",
         default="day",
@@ -71,6 +68,7 @@ def add_light(command: argparse.ArgumentParser) -> None:
         help="what is seen through gaps: '#d0d0d0', 'white', or 'none' for the lights behind the"
         " cloth (default: a dark grey)",
     )
+    add_dpi(command)
 
 
 def add_dpi(command: argparse.ArgumentParser) -> None:
@@ -85,7 +83,7 @@ def add_common(command: argparse.ArgumentParser) -> None:
     add = command.add_argument
     add("--seed", type=int, default=0, help="of the random numbers (default: %(default)s)")
     add("--threads", type=int, help="default: one per processor")
-    add("--quiet", action="store_true", help="print nothing but errors")
+    add("--quiet", action="store_true", help="print nothing but warnings and errors")
 
 
 def check_output(path: Path) -> None:

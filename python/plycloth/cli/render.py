@@ -11,9 +11,7 @@ from plycloth._json import load
 from plycloth.cli.counts import add_counts, check_counts, sized_yarns, with_counts
 from plycloth.cli.options import (
     add_common,
-    add_dpi,
-    add_light,
-    add_output,
+    add_picture,
     check_output,
     ground,
     light,
@@ -21,7 +19,8 @@ from plycloth.cli.options import (
     say,
 )
 from plycloth.draft import Draft
-from plycloth.fabric import Fabric, draft_yarns
+from plycloth.draft_yarns import draft_yarns
+from plycloth.fabric import Fabric
 from plycloth.gradual import render_to
 from plycloth.image import Image
 from plycloth.image_write import checked_dpi
@@ -53,8 +52,7 @@ def add_render(commands: Any) -> None:
     command.set_defaults(run=_render)
     add = command.add_argument
     add("draft", metavar="DRAFT.wif", type=Path, help="a draft, or a .json that plycloth saved")
-    add_output(command)
-    add("--spp", type=int, default=32, help="samples per pixel (default: %(default)s)")
+    add_picture(command)
     add(
         "--width",
         type=int,
@@ -106,8 +104,6 @@ def add_render(commands: Any) -> None:
         help="press and narrow yarns that pass through each other; those of a draft always are",
     )
     add("--side", choices=CLOTH_SIDES, default="face", help="of the cloth (default: %(default)s)")
-    add_light(command)
-    add_dpi(command)
     add_common(command)
 
 
