@@ -43,6 +43,7 @@ def test_labels_are_below_and_fit_in():
     long = ink("a name that is far too long", 64)
     assert np.ptp(long[:, 1]) > 40
     assert not np.array_equal(long, ink("a name that is far too long", 400))
+    assert np.array_equal(ink("a\nb", 64), ink("a b", 64))
     # Letters of other languages have shapes of their own, no common box.
     assert not np.array_equal(ink("ж", 64), ink("λ", 64))
 

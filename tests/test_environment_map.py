@@ -89,6 +89,10 @@ def test_radiance_pictures_are_read(tmp_path):
     assert pc.read_image(tmp_path / "sky.hdr").pixels.tolist() == pixels.tolist()
     with pytest.raises(ValueError, match="a Radiance picture holds linear light"):
         pc.read_image(tmp_path / "sky.hdr", gamma=2.2)
+    for size in ("-Y 1000000 +X 1000000", "-Y 60000 +X 60000"):
+        (tmp_path / "vast.hdr").write_text(f"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n{size}\n")
+        with pytest.raises(pc.ImageError, match=r"vast\.hdr: .*has too many pixels: \d+ x \d+"):
+            pc.read_image(tmp_path / "vast.hdr")
     (tmp_path / "cut.hdr").write_bytes(head.encode() + body[:-1])
     with pytest.raises(pc.ImageError, match=r"cut\.hdr: .*not a readable Radiance picture"):
         pc.EnvironmentLight.load(tmp_path / "cut.hdr")

@@ -78,6 +78,8 @@ def _label(text: str, width: int, height: int) -> Pixels:
     # The font of matplotlib has the letters of most languages; Pillow's own has few.
     file = Path(matplotlib.get_data_path()) / "fonts" / "ttf" / "DejaVuSans.ttf"
     font = ImageFont.truetype(str(file), max(round(0.6 * height), 8))
+    # A label is one line, whatever breaks a file's name has.
+    text = "".join(letter if letter.isprintable() else " " for letter in text)
     while text and font.getlength(text) > width:
         text = text.removesuffix("…")[:-1] + "…" if len(text) > 1 else ""
     canvas = PilImage.new("L", (width, height), 255)

@@ -7,6 +7,7 @@ use ::image::codecs::tiff::TiffDecoder;
 use ::image::error::{LimitError, LimitErrorKind};
 use ::image::{DynamicImage, ImageDecoder, ImageError, ImageResult, Limits};
 
+use super::MAX_PIXELS;
 use crate::error::{Error, Result};
 
 /// A kind of file that [`decode_codes`] reads.
@@ -33,8 +34,8 @@ pub struct Codes {
     pub is_float: bool,
 }
 
-/// What a picture may take in memory: as much as Pillow's greatest at 8 bytes per pixel.
-const MAX_BYTES: u64 = 8 * 179_000_000;
+/// What a picture may take in memory: as much as the greatest at 8 bytes per pixel.
+const MAX_BYTES: u64 = 8 * MAX_PIXELS;
 
 /// Decodes a PNG or TIFF with the precision that it has.
 pub fn decode_codes(data: &[u8], format: Format) -> Result<Codes> {

@@ -15,6 +15,9 @@ pub use self::profile::to_srgb;
 pub use self::radiance::decode_radiance;
 use crate::error::{Error, Result};
 
+/// The most pixels of a picture, about as many as Pillow reads without a word.
+const MAX_PIXELS: u64 = 179_000_000;
+
 /// A linear RGB picture, row by row from the top left.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RgbImage {

@@ -3,20 +3,19 @@
 use std::io::Cursor;
 
 use ::image::codecs::hdr::{HdrDecoder, HdrMetadata};
-use ::image::{DynamicImage, ImageResult};
+use ::image::{DynamicImage, ImageDecoder, ImageError, ImageResult};
 
-use super::RgbImage;
 use super::primaries::{Primaries, REC_709};
+use super::{MAX_PIXELS, RgbImage};
 use crate::error::{Error, Result};
+use crate::memory::claim;
 
 /// Decodes a Radiance picture into light, before any exposure and with the primaries of Rec. 709.
 ///
 /// As Radiance's manual (Ward, "Radiance file formats") has it: values are divided by all exposures
 /// and colour corrections, and primaries that the header names are the picture's.
 pub fn decode_radiance(data: &[u8]) -> Result<RgbImage> {
-    let (metadata, picture) = decode(data).map_err(|error| {
-        Error::invalid("data", format!("not a readable Radiance picture: {error}"))
-    })?;
+    let (metadata, picture) = decode(data)?;
     let matrix = primaries(&metadata)?.to_rec_709()?;
     let exposure = metadata.exposure.unwrap_or(1.0);
     let (red, green, blue) = metadata.color_correction.unwrap_or((1.0, 1.0, 1.0));
@@ -37,15 +36,32 @@ pub fn decode_radiance(data: &[u8]) -> Result<RgbImage> {
     RgbImage::new(width, height, values)
 }
 
-fn decode(data: &[u8]) -> ImageResult<(HdrMetadata, DynamicImage)> {
+fn decode(data: &[u8]) -> Result<(HdrMetadata, DynamicImage)> {
+    let decoder = decoder(data).map_err(unreadable)?;
+    let (width, height) = decoder.dimensions();
+    let pixels = u64::from(width) * u64::from(height);
+    if pixels > MAX_PIXELS {
+        let problem = format!("has too many pixels: {width} x {height}");
+        return Err(Error::invalid("data", problem));
+    }
+    // As decoded, and as put into one array.
+    claim("reading the picture", 24 * pixels as usize)?;
+    let picture = |decoder| DynamicImage::from_decoder(decoder).map_err(unreadable);
+    Ok((decoder.metadata(), picture(decoder)?))
+}
+
+fn decoder(data: &[u8]) -> ImageResult<HdrDecoder<Cursor<&[u8]>>> {
     // Other programs begin with other words than RADIANCE behind the two signs.
-    let decoder = match data.strip_prefix(b"#?") {
+    match data.strip_prefix(b"#?") {
         Some(rest) if !rest.starts_with(b"RADIANCE") => {
             HdrDecoder::new_nonstrict(Cursor::new(data))
         }
         _ => HdrDecoder::new(Cursor::new(data)),
-    }?;
-    Ok((decoder.metadata(), DynamicImage::from_decoder(decoder)?))
+    }
+}
+
+fn unreadable(error: ImageError) -> Error {
+    Error::invalid("data", format!("not a readable Radiance picture: {error}"))
 }
 
 fn primaries(metadata: &HdrMetadata) -> Result<Primaries> {
