@@ -177,6 +177,26 @@ def test_a_fit_needs_one_bsdf_of_a_set_but_no_one_shape():
         pc.fit(pc.overview(mixed, width=16), target, **options)
 
 
+ROUND = pc.RoundYarn(0.1, BSDF, plies=2)
+WIDE_RIBBON = pc.FlatYarn(0.25, BSDF)
+
+
+@pytest.mark.parametrize(
+    ("pattern", "warp", "weft"),
+    [
+        (PLAIN, [ROUND, WIDE_RIBBON], ROUND),
+        (PLAIN, [WIDE_RIBBON, ROUND], [ROUND, WIDE_RIBBON]),
+        (pc.WeavePattern.satin(5, 2), [ROUND, WIDE_RIBBON, ROUND, ROUND, WIDE_RIBBON], WIDE_RIBBON),
+    ],
+)
+def test_thick_yarns_beside_ribbons_are_fitted_and_do_not_vanish(pattern, warp, weft):
+    fitted = pc.Fabric(pattern, warp, weft, 0.3, 0.3).fitted()
+    assert fitted.overlaps().worst < 0.021
+    for yarn in (*fitted.warp_kinds, *fitted.weft_kinds):
+        given = ROUND if isinstance(yarn, pc.RoundYarn) else WIDE_RIBBON
+        assert 0.4 * given.half_width < yarn.half_width < given.half_width
+
+
 def test_curves_are_those_of_each_kind():
     swatch = pc.Swatch(fabric((THICK, THIN, THIN, THICK), THIN))
     first, second = (pc.ply_curves(swatch, "warp", kind=kind) for kind in (0, 1))

@@ -222,8 +222,9 @@ class Fabric(Saved):
         that is not enough all yarns are narrowed by one factor. At a crossing pressed yarns keep
         half of the distance of the round ones (`collision_radius_mm`), since wide yarns
         that touch there cut into each other beside it. Ribbons keep their width as far as it does
-        not exceed the distance between neighbours. Plies, pitch and BSDF stay. The time is that
-        of one relaxation, up to two short ones, and some tests of all crossings.
+        not exceed the distance between neighbours; of ribbons and round yarns side by side both are
+        narrowed where no narrowing of the round ones helps. Plies, pitch and BSDF stay. The time is
+        that of one relaxation, up to two short ones, and some tests of all crossings.
 
         Parameters
         ----------

@@ -61,9 +61,11 @@ pub fn fitted(spec: &ClothSpec, control: &Control) -> Result<ClothSpec> {
 struct Change {
     size: f64,
     press: f64,
+    /// A factor on the width of ribbons.
+    ribbon: f64,
 }
 
-const UNCHANGED: Change = Change { size: 1.0, press: 0.0 };
+const UNCHANGED: Change = Change { size: 1.0, press: 0.0, ribbon: 1.0 };
 
 /// The search for the least change of a relaxed cloth that leaves no overlaps.
 struct Search<'a> {
@@ -90,13 +92,20 @@ impl Search<'_> {
 
     /// The least change that clears these crossings.
     fn among(&self, crossings: &[usize]) -> Result<Change> {
-        let clear =
-            |size, press| self.is_clear(crossings.par_iter().copied(), Change { size, press }, AIM);
-        Ok(if clear(1.0, 1.0)? {
-            Change { size: 1.0, press: bisected([1.0, 0.0], |press| clear(1.0, press))? }
-        } else {
-            Change { size: bisected([LEAST_SIZE, 1.0], |size| clear(size, 1.0))?, press: 1.0 }
-        })
+        let clear = |change| self.is_clear(crossings.par_iter().copied(), change, AIM);
+        let pressed = |press| Change { press, ..UNCHANGED };
+        if clear(pressed(1.0))? {
+            return Ok(pressed(bisected([1.0, 0.0], |press| clear(pressed(press)))?));
+        }
+        let smaller = |size| Change { size, ..pressed(1.0) };
+        let sets = [&self.spec.warp, &self.spec.weft];
+        if !sets.iter().any(|yarns| yarns.mixes_ribbons()) || clear(smaller(LEAST_SIZE))? {
+            return Ok(smaller(bisected([LEAST_SIZE, 1.0], |size| clear(smaller(size)))?));
+        }
+        // Beside a thicker yarn what crosses a ribbon comes down too steeply at its edge, however
+        // small all heights are.
+        let narrower = |size| Change { ribbon: size, ..smaller(size) };
+        Ok(narrower(bisected([LEAST_SIZE, 1.0], |size| clear(narrower(size)))?))
     }
 
     fn is_clear(
@@ -169,20 +178,19 @@ fn narrowed(shape: &YarnShape, narrower: f64) -> YarnShape {
 }
 
 /// The cloth with other yarns: see [`other`].
-fn changed(spec: &ClothSpec, Change { size, press }: Change) -> ClothSpec {
+fn changed(spec: &ClothSpec, change: Change) -> ClothSpec {
     let mut changed = spec.clone();
     for kind in changed.warp.kinds.iter_mut().chain(&mut changed.weft.kinds) {
-        kind.shape = other(&kind.shape, size, press);
+        kind.shape = other(&kind.shape, change);
     }
     changed
 }
 
-/// The shape with another size, on the way from its own thickness (`press` = 0) to the least (1). A
-/// ribbon keeps its width.
+/// The shape with another size, on the way from its own thickness (`press` = 0) to the least (1).
 ///
 /// A pressed yarn keeps half of the room at a crossing that it no longer fills: two wide yarns that
 /// touched there would cut into each other beside it.
-fn other(shape: &YarnShape, size: f64, press: f64) -> YarnShape {
+fn other(shape: &YarnShape, Change { size, press, ribbon }: Change) -> YarnShape {
     match *shape {
         YarnShape::Round { radius, thickness, collision, plies, ply_radius, pitch } => {
             let thinner = press * (thickness - 2.0 * radius / MAX_ASPECT).max(0.0);
@@ -196,7 +204,7 @@ fn other(shape: &YarnShape, size: f64, press: f64) -> YarnShape {
             }
         }
         YarnShape::Flat { width, thickness } => {
-            YarnShape::Flat { width, thickness: size * thickness }
+            YarnShape::Flat { width: ribbon * width, thickness: size * thickness }
         }
     }
 }

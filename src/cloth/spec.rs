@@ -33,6 +33,11 @@ pub enum YarnShape {
 }
 
 impl YarnShape {
+    /// Whether it is flat.
+    pub fn is_ribbon(&self) -> bool {
+        matches!(self, Self::Flat { .. })
+    }
+
     /// A yarn of that radius, not pressed.
     pub fn round(radius: f64, plies: usize, ply_radius: f64, pitch: f64) -> Self {
         let (thickness, collision) = (2.0 * radius, radius);
@@ -163,7 +168,12 @@ impl YarnSpec {
 
     /// Whether a kind is a ribbon.
     pub fn has_ribbons(&self) -> bool {
-        self.shapes().any(|shape| matches!(shape, YarnShape::Flat { .. }))
+        self.shapes().any(YarnShape::is_ribbon)
+    }
+
+    /// Whether ribbons and others lie side by side.
+    pub fn mixes_ribbons(&self) -> bool {
+        self.has_ribbons() && !self.shapes().all(YarnShape::is_ribbon)
     }
 
     /// The greatest of what `measure` says of the kinds.

@@ -203,7 +203,7 @@ impl Scene {
     /// Whether the yarn there is a ribbon, whose two faces are one.
     #[inline]
     pub fn is_ribbon(&self, interaction: &Interaction) -> bool {
-        matches!(self.swatch.shape(&interaction.place), YarnShape::Flat { .. })
+        self.swatch.shape(&interaction.place).is_ribbon()
     }
 
     /// Whether nothing stands between a point and something at `distance` in `direction`.
