@@ -102,7 +102,7 @@ VALUES = [
     (fabric(warp_colors=[[1, 1, 1], [1]]), r"Fabric\.warp_colors .* rows differ in length"),
     (fabric(weft_colors=[[1, 1, 1], [0, 0, 255]]), r"Fabric\.weft_colors\[1, 2\] .* \[0, 1\]"),
     (fabric(collision_stiffness=0), r"Fabric\.collision_stiffness .* greater than 0"),
-    (lambda: pc.Swatch(FABRIC, 0), r"Swatch\.size_mm must be finite and greater than 0"),
+    (lambda: pc.Swatch(FABRIC, 0), r"Swatch\.size_mm must be in \(0, 1e\+08\)"),
     (lambda: pc.Swatch(FABRIC, (1, NAN)), r"Swatch\.size_mm\[1\] .* not nan"),
     (lambda: pc.Swatch(FABRIC, (1, 2, 3)), r"Swatch\.size_mm must be 2 numbers, not 3"),
     # Cameras.

@@ -4,6 +4,7 @@ import subprocess
 import sys
 import types
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import plycloth as pc
@@ -108,14 +109,37 @@ def test_compare_puts_inputs_side_by_side(draft, tmp_path, capsys):
     assert np.array_equal(image.pixels[:16, :16], expected.pixels)
 
 
+def test_cloth_that_cannot_be_relaxed_is_one_line(tmp_path, monkeypatch, capsys):
+    def fitted(self, *, progress=None):
+        raise pc.ConvergenceError("no convergence in 99 iterations")
+
+    monkeypatch.setattr(pc.Fabric, "fitted", fitted)
+    pc.write_wif(pc.Draft.from_pattern(pc.WeavePattern.plain()), tmp_path / "a.wif")
+    assert main(["render", str(tmp_path / "a.wif"), "-o", str(tmp_path / "a.png")]) == 2
+    assert capsys.readouterr().err == "plycloth: error: no convergence in 99 iterations\n"
+
+
+def test_the_record_of_a_fit_points_to_its_fabric(tmp_path, capsys):
+    (tmp_path / "fit.json").write_text("{}", encoding="utf-8")
+    (tmp_path / "fabric.json").write_text("{}", encoding="utf-8")
+    assert main(["render", str(tmp_path / "fit.json"), "-o", str(tmp_path / "a.png")]) == 2
+    assert f"the fabric of this fit is {tmp_path / 'fabric.json'}" in capsys.readouterr().err
+
+
 COMPARISONS = [
     (["a.wif", "none.wif", "-o", "out.png"], "none.wif: No such file"),
     (["cotton", "-o", "out.png"], "cotton: must be a draft (.wif), a fabric (.json), a picture"),
     (["rig.json", "-o", "out.png"], "rig.json: holds a PhotoRig, not a Fabric"),
     (["a.wif", "-o", "out.bmp"], "out.bmp: must end in one of"),
     (["a.wif", "-o", "out.png", "--height", "2"], "error: --height must be in [8, 65536]"),
-    (["a.wif", "-o", "out.png", "--size-mm", "0", "1"], "error: --size-mm[0] must be finite"),
+    (
+        ["a.wif", "-o", "out.png", "--size-mm", "0", "1"],
+        "error: --size-mm[0] must be in (0, 1e+08)",
+    ),
+    (["a.wif", "-o", "out.png", "--size-mm", "9e7", "1"], "--height must be less for cloth of"),
     (["a.wif", "-o", "out.png", "--ground", "reddish"], "--ground: must be a colour such as"),
+    (["cotton1", "kept.png", "-o", "./kept.png"], "kept.png: is an input, and would be replaced"),
+    (["odd.wif", "-o", "out.png", "--strict"], "[WARP COLORS] 1: "),
 ]
 
 
@@ -124,6 +148,9 @@ def test_bad_input_of_compare_is_one_line(arguments, message, tmp_path, monkeypa
     monkeypatch.chdir(tmp_path)
     pc.save(pc.PhotoRig(), "rig.json")
     pc.write_wif(pc.Draft.from_pattern(pc.WeavePattern.plain()), "a.wif")
+    pc.Image(np.ones((8, 8, 3))).save("kept.png")
+    text = Path("a.wif").read_text(encoding="utf-8")
+    Path("odd.wif").write_text(text + "[WARP COLORS]\n1=red\n", encoding="utf-8")
     assert main(["compare", *arguments]) == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert line.startswith("plycloth: error: ")

@@ -95,7 +95,7 @@ def test_strictly_a_faulty_draft_is_an_error(folder, capsys):
         (["--warp", "30/2", *COTTON], "--warp: a yarn size must be such as '20 tex'"),
         (["--weft", "150/48 den", *COTTON], "--weft: a yarn size in denier must not have a stroke"),
         (["--weft", "x" * 300 + " tex", *COTTON], "xxx...'"),
-        (["--warp", "20 tex x 40", *COTTON], "--warp or --weft: the plies of a yarn must be in"),
+        (["--warp", "20 tex x 40", *COTTON], "--warp: the plies of a yarn must be in"),
         (["--warp", "20 tex", "--material", "coton"], "--material must be one of 'cotton'"),
         (["--warp", "20 tex", "--material", "0"], "--material must be in [0.01, 100], not 0"),
         (["--warp", "20 tex", *COTTON, "--packing", "2"], "--packing must be in [0.01, 1], not 2"),

@@ -89,7 +89,10 @@ def test_what_is_known_of_cloth_and_light_is_handed_on(photographs, fits, tmp_pa
     assert main([*arguments, *options, "--exposure", "2"]) == 0
     assert main([*arguments, "--grey-card", "118", "118", "118"]) == 0
     assert main([*arguments, "--white", "255", "255", "255"]) == 0
-    known, grey, white = (call[2] for call in fits)
+    assert main([*arguments, "--ends", "50.8/in", "--picks", "18/cm"]) == 0
+    known, grey, white, counted = (call[2] for call in fits)
+    assert counted["ends"] == pytest.approx(20.0)
+    assert (counted["picks"], counted["per"]) == (18.0, "cm")
     assert known["width_mm"] == 80.0
     assert known["covers"] == (0.6, 0.8)
     assert (known["quick"], known["seconds"], known["exposure"]) == (True, 20.0, 2.0)
@@ -137,13 +140,15 @@ FITS = [
     (["a.png", "b.png", "-o", "a.png"], "a.png: is a file, but must be a folder"),
     (["a.png", "b.png", "-o", "out", "--lit", "back"], "--lit: is for a single photograph"),
     (["a.png", "b.png", "-o", "out", "--white", "1", "0", "300"], "--white: must be three codes"),
+    (["a.png", "b.png", "-o", "out", "--strict"], "--strict: is for the draft that --draft names"),
     (["a.png", "b.png", "-o", "out", "--draft", "none.wif"], "none.wif: No such file"),
 ]
 
 
 OPTIONS_OF_FIT = [
-    (["--width-mm", "-1"], "--width-mm must be finite and greater than 0, not -1.0"),
-    (["--cover", "0.8", "0.5"], "--cover must be (low, high), not (0.8, 0.5)"),
+    (["--width-mm", "-1"], "--width-mm must be in [0.001, 1e+06], not -1.0"),
+    (["--cover", "0.8", "0.5"], "--cover must be the lower one first, not 0.8, 0.5"),
+    (["--ends", "2e5/cm"], "--ends must be in [0.1, 10000], not 200000.0"),
     (["--exposure", "nan"], "--exposure must be finite and greater than 0, not nan"),
     (["--seconds", "0"], "--seconds must be finite and greater than 0, not 0.0"),
     (["--threads", "0"], "--threads must be in [1, 1024], not 0"),

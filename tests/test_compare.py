@@ -84,6 +84,8 @@ def test_subjects_are_drafts_fabrics_pictures_and_measured_yarns(tmp_path):
     [
         ({"subjects": []}, "at least one"),
         ({"subjects": [("a", "draft.wif")]}, "the subject 'a' must be a Fabric or Image"),
+        ({"subjects": [plain_fabric()]}, "subjects must be pairs of a label and a fabric or"),
+        ({"subjects": [(plain_fabric(), "a")]}, "subjects must be pairs"),
         ({"height": 4}, r"height must be in \[8, 65536\], not 4"),
         ({"size_mm": -1}, "size_mm"),
         ({"light": "dya"}, "a lighting must be one of"),

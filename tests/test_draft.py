@@ -178,3 +178,8 @@ def test_a_colour_is_changed_wherever_it_is():
 def test_bad_colours_are_named(changes, message):
     with pytest.raises(ValueError, match=message):
         pc.Draft.from_pattern(pc.WeavePattern.plain()).recolored(changes)
+
+
+def test_recoloring_takes_a_mapping():
+    with pytest.raises(TypeError, match="changes must be a mapping of numbers to colours"):
+        pc.Draft.from_pattern(pc.WeavePattern.plain()).recolored(["#aa3322"])

@@ -123,6 +123,12 @@ def test_a_tiff_of_floats_is_linear(tmp_path):
         pc.read_image(tmp_path / "a.tif", gamma=2.2)
 
 
+def test_a_grey_tiff_of_floats_is_linear(tmp_path):
+    light = np.array([[-0.5, 0.25, 70.0]], np.float32)
+    PilImage.fromarray(light).save(tmp_path / "a.tif")
+    assert (pc.read_image(tmp_path / "a.tif").pixels == light[..., None]).all()
+
+
 def test_a_rotated_photograph_is_turned_upright(tmp_path):
     picture = PilImage.new("RGB", (16, 8))
     exif = picture.getexif()
@@ -245,6 +251,8 @@ def test_layers_are_for_exr(tmp_path):
     pc.Image(np.zeros((2, 2, 3))).save(tmp_path / "a.png")
     with pytest.raises(pc.ImageError, match=r"a\.png: has no layers"):
         pc.read_image(tmp_path / "a.png", layer="beauty")
+    with pytest.raises(TypeError, match="layer must be a str"):
+        pc.read_image(tmp_path / "a.exr", layer=5)
 
 
 @pytest.mark.data

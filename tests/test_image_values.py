@@ -96,6 +96,20 @@ def test_what_is_no_picture_is_refused():
         A * np.array(["a"])
 
 
+@pytest.mark.parametrize(
+    ("pixels", "error", "message"),
+    [
+        ("x", TypeError, "pixels: must hold real numbers, not 'x'"),
+        (None, TypeError, "pixels: must hold real numbers, not None"),
+        ([["a"]], TypeError, "pixels: must hold real numbers"),
+        ([[1.0], [1.0, 2.0]], ValueError, "pixels: .* rows differ in length"),
+    ],
+)
+def test_pixels_are_numbers(pixels, error, message):
+    with pytest.raises(error, match=message):
+        pc.Image(pixels)
+
+
 def test_numpy_still_takes_images():
     assert isinstance(np.sqrt(A), np.ndarray)
     np.testing.assert_array_equal(np.maximum(A, 1.0), np.maximum(A.pixels, 1.0))

@@ -10,7 +10,7 @@ import plycloth as pc
 import pytest
 from plycloth import photo_search
 from plycloth.cells import cell_averages
-from plycloth.photo_guess import find_threads, guess_geometries, usual_width
+from plycloth.photo_guess import find_threads, guess_geometries, usual_width, width_of
 from plycloth.photo_placement import Placement, find_placement
 from plycloth.photo_search import Effort
 
@@ -104,6 +104,30 @@ def test_guesses_follow_a_known_weave_and_the_pitch():
     assert guesses[0].warp_spacing_mm / guesses[0].weft_spacing_mm == pytest.approx(5 / 4, rel=0.03)
     # As many threads as cloth usually has.
     assert guesses[0].warp_spacing_mm * guesses[0].weft_spacing_mm == pytest.approx((10 / 35) ** 2)
+
+
+def test_threads_per_length_tell_the_width():
+    y, x = np.mgrid[:256, :256]
+    lines = 0.5 + 0.2 * np.cos(2 * np.pi * x / 8) + 0.2 * np.cos(2 * np.pi * y / 4)
+    threads = find_threads({"front": np.repeat(lines[..., None], 3, axis=2)})
+    # 32 ends and 64 picks in the picture.
+    assert width_of(threads, 256, (0.5, None)) == pytest.approx(16.0, rel=0.03)
+    assert width_of(threads, 256, (None, 0.5)) == pytest.approx(32.0, rel=0.03)
+    assert width_of(threads, 256, (0.5, 0.25)) == pytest.approx(16.0, rel=0.03)
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"ends": 30, "width_mm": 80}, "ends must not be given with width_mm"),
+        ({"picks": 30, "geometries": [SATIN]}, "picks must not be given with geometries"),
+        ({"ends": 0}, r"ends must be in \[0.1, 10000\]"),
+        ({"ends": 30, "per": "foot"}, "per must be one of 'inch', 'cm'"),
+    ],
+)
+def test_counts_that_cannot_be_are_refused(given, message):
+    with pytest.raises(pc.ParameterError, match=message):
+        pc.fit_photographs(None, **given)
 
 
 def test_a_placement_is_found_where_the_residuals_vanish():
@@ -200,9 +224,9 @@ def test_bad_photographs_are_named(tmp_path):
     with pytest.raises(pc.ParameterError, match="the same size"):
         pc.fit_photographs(image, pc.Image(np.ones((32, 16, 3), np.float32)))
     for options, message in (
-        ({"width_mm": 0}, "width_mm must be finite and greater than 0, not 0"),
+        ({"width_mm": 0}, r"width_mm must be in \[0\.001, 1e\+06\], not 0"),
         ({"exposure": -1}, "exposure must be finite and greater than 0, not -1"),
-        ({"covers": (0.9, 0.5)}, r"covers must be \(low, high\), not \(0.9, 0.5\)"),
+        ({"covers": (0.9, 0.5)}, "covers must be the lower one first, not 0.9, 0.5"),
         ({"covers": (0.5, 9)}, r"covers\[1\] must be in \[0.01, 1.5\], not 9"),
         ({"seconds": 0}, "seconds must be finite and greater than 0, not 0"),
     ):

@@ -218,7 +218,7 @@ def test_threads_do_not_change_a_bit():
         ({"weft_spacing": np.inf}, pc.ParameterError, "weft_spacing must be finite"),
         ({"collision_stiffness": 0.0}, pc.ParameterError, "collision_stiffness must be"),
         ({"warp_radius": "thick"}, TypeError, "warp_radius must"),
-        ({"warp_radius": 1e300}, RuntimeError, "no convergence"),
+        ({"warp_radius": 1e300}, pc.ConvergenceError, "no convergence"),
     ],
 )
 def test_bad_input_names_the_culprit(changes, error, message):

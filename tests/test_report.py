@@ -9,7 +9,7 @@ from html.parser import HTMLParser
 import numpy as np
 import plycloth as pc
 import pytest
-from fits import SIDES, small_fit
+from fits import SIDES, SmallPhotoFit, small_fit
 from plycloth.fit_result import Step
 from plycloth.page import Page
 from plycloth.report import Comparison, fit_record, save_fit
@@ -95,6 +95,22 @@ def test_a_fit_leaves_files_that_belong_together(tmp_path):
     assert "http" not in text
     for estimate in result.estimates:
         assert f"<td>{estimate.label}</td><td>{estimate.value:.4g}</td>" in text
+
+
+def test_pictures_of_an_earlier_fit_are_removed_and_nothing_else(tmp_path):
+    _, result = small_fit()
+    save_fit(tmp_path, Page("fit"), result, comparisons())
+    outside = tmp_path.with_name("outside.png")
+    for kept in (outside, tmp_path / "mine.png"):
+        kept.write_bytes(b"kept")
+    one_side = SmallPhotoFit(SIDES[:1]).result
+    save_fit(tmp_path, Page("fit"), one_side, comparisons()[:1])
+    names = {path.name for path in tmp_path.iterdir()}
+    assert names == {"fit.json", "fabric.json", "front.png", "index.html", "mine.png"}
+
+    (tmp_path / "fit.json").write_text('{"pictures": ["../outside.png", 7]}', encoding="utf-8")
+    save_fit(tmp_path, Page("fit"), one_side, comparisons()[:1])
+    assert outside.exists()
 
 
 def test_hidden_values_stand_beside_what_was_found(tmp_path):

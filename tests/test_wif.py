@@ -215,7 +215,7 @@ def test_texts_in_every_encoding(read, encoding):
         ),
         (
             {"WARP": "Threads=4\nColor=1\nUnits=cm\nSpacing=0\nThickness=.08"},
-            r"\[WARP\] Spacing: is 0, which is taken for not given",
+            r"\[WARP\] Spacing: is 0: it is taken for not given",
             lambda draft: draft.warp_spacing == pytest.approx(1.0),
         ),
         (
@@ -243,7 +243,7 @@ def test_texts_in_every_encoding(read, encoding):
         ),
         (
             {"WARP THICKNESS": "2=0.25"},
-            r"\[WARP\]: 1 yarns are thicker than their spacing, the first 2: 2.5 mm against 1 mm",
+            r"\[WARP\]: yarns thicker than their spacing: 1, the first 2: 2.5 mm against 1 mm",
             lambda draft: draft.warp_thickness.tolist() == [0.8, 2.5, 0.8, 0.8],
         ),
         (

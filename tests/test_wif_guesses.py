@@ -202,6 +202,31 @@ GUESSED = [
         "counted from 0",
         {"warp_colors": [BLUE, RED, GREEN, RED]},
     ),
+    ({"WARP": SPACED("0")}, ("WARP", "Spacing", 11), "is 0: it is taken for not given", {}),
+    (
+        {"WEFT THICKNESS": "2=0"},
+        ("WEFT THICKNESS", "2", 42),
+        "is 0: the default is taken",
+        {},
+    ),
+    (
+        {"WEAVING": "Shafts=3\nTreadles=4\nRising Shed=true"},
+        ("THREADING", "4", 30),
+        "shaft 4 is beyond Shafts=3: it is taken for one more",
+        {},
+    ),
+    (
+        {"WEAVING": "Shafts=4\nTreadles=3\nRising Shed=true"},
+        ("TREADLING", "4", 40),
+        "treadle 4 is beyond Treadles=3: it is taken as tied up",
+        {},
+    ),
+    (
+        {"WEFT COLORS": "5=1"},
+        ("WEFT COLORS", "5", 42),
+        "not the number of a row from 1 to 4: left out",
+        {},
+    ),
     (
         {"WEFT SPACING": "0=0.3"},
         ("WEFT SPACING", None, None),

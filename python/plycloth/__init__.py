@@ -3,7 +3,7 @@
 from plycloth import datasets, trade
 from plycloth._check import ParameterError
 from plycloth._json import FormatError, load, save
-from plycloth._plycloth import __version__
+from plycloth._plycloth import ConvergenceError, __version__
 from plycloth.bsdf import DiffuseBsdf, PlyBsdf
 from plycloth.camera import OrthographicCamera, PerspectiveCamera
 from plycloth.compare import compare
@@ -43,6 +43,7 @@ from plycloth.yarn import FlatYarn, RoundYarn
 __all__ = [
     "ConfidenceWarning",
     "ConstantLight",
+    "ConvergenceError",
     "DiffuseBsdf",
     "DirectionalLight",
     "Draft",

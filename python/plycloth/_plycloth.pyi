@@ -10,6 +10,9 @@ from plycloth.bsdf import PlyBsdf
 
 __version__: str
 
+class ConvergenceError(RuntimeError):
+    """The relaxed cloth was not found."""
+
 def decode_codes(data: bytes, format: str) -> tuple[npt.NDArray[np.float32], bool]: ...
 def decode_exr(
     data: bytes, layer: str | None = None

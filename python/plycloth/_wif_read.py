@@ -44,8 +44,9 @@ def read_wif(path: str | PathLike[str], *, trim: bool = True, strict: bool = Fal
         with a warning: programs pad drafts with them.
     strict
         Whether it is an error, rather than a warning and a guess, where a colour, a length or
-        their units cannot be read, where a lift plan disagrees with the tie-up and treadling, and
-        where rows are counted from 0.
+        their units cannot be read, where a lift plan disagrees with the tie-up and treadling, where
+        rows are counted from 0, and where rows, shafts or treadles are beyond the number that the
+        file states.
 
     Returns
     -------

@@ -150,9 +150,11 @@ def _check_treadles(wif: Wif, treadling: _Lists, tieup: _Lists, declared: int | 
             f"treadle {treadle} has no row in [TIEUP] and is beyond Treadles={declared}", entry
         )
     if untied.size:
-        wif.note(f"treadle {treadle} has no row in [TIEUP]: it is taken to lift nothing", entry)
+        problem = wif.error(f"treadle {treadle} has no row in [TIEUP]", entry)
+        wif.take("it is taken to lift nothing", problem)
     elif declared is not None:
-        wif.note(f"treadle {treadle} is beyond Treadles={declared}", entry)
+        problem = wif.error(f"treadle {treadle} is beyond Treadles={declared}", entry)
+        wif.take("it is taken as tied up", problem)
 
 
 def _compare_with_plan(wif: Wif, lifted: BoolArray, shafts: IntArray, first_shaft: int) -> None:
@@ -226,7 +228,8 @@ def _check_shaft_count(wif: Wif, threading: _Lists) -> None:
     beyond = np.flatnonzero(threading.number > shafts)
     if beyond.size:
         entry = threading.entries[int(threading.row[beyond[0]])]
-        wif.note(f"shaft {threading.number[beyond[0]]} is beyond Shafts={shafts}", entry)
+        problem = f"shaft {threading.number[beyond[0]]} is beyond Shafts={shafts}"
+        wif.take("it is taken for one more", wif.error(problem, entry))
 
 
 def _check_size(wif: Wif, rows: int, columns: int, what: str) -> None:

@@ -124,8 +124,11 @@ class Wif:
         if shift:
             problem = f"rows are counted from 0 and there is none at {limit}"
             self.take("each is taken for the next", self.error(problem, section=section))
-        within = f" from {first} to {limit}" if limit else ""
-        self.note_all(odd, f"not the number of a row{within}")
+        if odd and limit:
+            problem = f"not the number of a row from {first} to {limit}"
+            self.take("left out", *(self.error(problem, entry) for entry in odd))
+        else:
+            self.note_all(odd, "not the number of a row")
         return dict(sorted(numbered.items()))
 
     def counts_from_zero(self, section: str, count: int | None) -> bool:

@@ -32,6 +32,9 @@ _OTHER_SPELLINGS = {
 
 _DEFAULT_RANGE = Decimal(0), Decimal(255)
 
+# A table whose brightest value lies below this part of its range is odd.
+DARKEST_TABLE = 0.01
+
 # A section of plycloth's own, with the values from 0 to 1 of colours that the table rounds.
 EXACT_COLORS = "PRIVATE PLYCLOTH COLORS"
 
@@ -47,6 +50,7 @@ class Palette:
             wif.numbered("COLOR TABLE", first=0), self._table_color, "there is no such colour"
         )
         self._note_clipped()
+        self._note_dark()
         if 0 in self._colors:
             wif.note("rows are counted from 0: colour 0 is that of row 0", section="COLOR TABLE")
         self._colors |= self._read_exact()
@@ -119,6 +123,16 @@ class Palette:
             self._clipped.append(entry)
         return tuple(min(max(value, 0.0), 1.0) for value in scaled)
 
+    def _note_dark(self) -> None:
+        """Say so where no colour uses more than a hundredth of the range, which may be a slip."""
+        brightest = max((max(color) for color in self._colors.values()), default=0.0)
+        if 0.0 < brightest < DARKEST_TABLE:
+            self._wif.note(
+                f"every colour is below {DARKEST_TABLE:.0%} of the range"
+                f" {self._low:g},{self._high:g}, and so all but black",
+                section="COLOR TABLE",
+            )
+
     def _note_clipped(self) -> None:
         self._wif.note_all(self._clipped, f"is clipped to the range {self._low},{self._high}")
         self._clipped = []
@@ -187,7 +201,7 @@ def read_lengths(wif: Wif, side: str, count: int) -> tuple[FloatArray, FloatArra
     if (is_thick := thickness > spacing).any():
         first = int(np.flatnonzero(is_thick)[0])
         wif.note(
-            f"{is_thick.sum()} yarns are thicker than their spacing, the first {first + 1}:"
+            f"yarns thicker than their spacing: {is_thick.sum()}, the first {first + 1}:"
             f" {thickness[first]:g} mm against {spacing[first]:g} mm",
             section=side,
         )
@@ -231,8 +245,7 @@ def _in_mm(wif: Wif, entry: Entry, unit: Decimal) -> float:
     if not np.isfinite(length):
         raise wif.error(f"is too large: {quoted(entry.bare)}", entry)
     if length == 0:
-        wif.note("is 0, which is taken for not given", entry)
-        return float("nan")
+        raise wif.error("is 0", entry)
     return length
 
 

@@ -25,11 +25,13 @@ from plycloth.wif import read_wif
 # Pieces of cloth have at least so many yarns of the coarsest one along each side.
 FEWEST_YARNS = 16
 HEIGHT = 384
+# Pixels that a picture may be wide.
+LONGEST_SIDE = 65536
 
 _subject = instance(Fabric, Image)
 
 
-def subject(name: str) -> Fabric | Image:
+def subject(name: str, *, strict: bool = False) -> Fabric | Image:
     """Return the cloth or the picture that a name stands for.
 
     Parameters
@@ -37,6 +39,8 @@ def subject(name: str) -> Fabric | Image:
     name
         A draft (.wif), a fabric that plycloth saved (.json), a picture, or a measured yarn by
         name, of which a plain weave is shown.
+    strict
+        Whether a draft is read strictly (`read_wif`).
 
     Raises
     ------
@@ -49,7 +53,7 @@ def subject(name: str) -> Fabric | Image:
         return _plain_cloth(name)
     match Path(name).suffix.lower():
         case ".wif":
-            return Fabric.from_draft(read_wif(name))
+            return Fabric.from_draft(read_wif(name, strict=strict))
         case ".json":
             return load_as(Fabric, name)
         case suffix if suffix in READABLE:
@@ -102,8 +106,8 @@ def compare(
     TypeError
         If a subject is neither a fabric nor a picture, or a value is not of the kind named.
     """
-    cloths = [_subject(f"the subject {quoted(label)}", each) for label, each in subjects]
-    fabrics = [cloth for cloth in cloths if isinstance(cloth, Fabric)]
+    subjects = [_checked(pair) for pair in subjects]
+    fabrics = [cloth for _, cloth in subjects if isinstance(cloth, Fabric)]
     size = _common_size_mm(fabrics) if fabrics and size_mm is None else size_mm
 
     def picture(cloth: Fabric | Image) -> Image:
@@ -111,12 +115,24 @@ def compare(
             return cloth
         width_mm, height_mm = Swatch(cloth, size).extent_mm
         width = max(1, round(checked_height(height) * width_mm / height_mm))
+        if width > LONGEST_SIDE:
+            raise ParameterError(
+                f"height must be less for cloth of {width_mm:g} x {height_mm:g} mm: {height} rows"
+                f" make {width} columns, but {LONGEST_SIDE} are the most"
+            )
         scene = overview(cloth, light, size_mm=size, width=width, ground=ground)
         return render(scene, spp=spp, seed=seed, threads=threads, progress=progress)
 
-    labels = (label for label, _ in subjects)
-    pictures = list(zip(labels, map(picture, cloths), strict=True))
-    return side_by_side(pictures, height)
+    return side_by_side([(label, picture(cloth)) for label, cloth in subjects], height)
+
+
+def _checked(pair: object) -> tuple[str, Fabric | Image]:
+    match pair:
+        case (str(label), cloth):
+            return label, _subject(f"the subject {quoted(label)}", cloth)
+    raise TypeError(
+        f"subjects must be pairs of a label and a fabric or picture, not {quoted(pair)}"
+    )
 
 
 def _common_size_mm(fabrics: Sequence[Fabric]) -> float:

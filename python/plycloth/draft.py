@@ -235,7 +235,14 @@ class Draft:
             If the draft has no colour of that number, or a code is no colour.
         ValueError
             If a colour lies outside [0, 1].
+        TypeError
+            If `changes` is no mapping.
         """
+        if not isinstance(changes, Mapping):
+            raise TypeError(
+                "changes must be a mapping of numbers to colours, such as {3: '#aa3322'}, not"
+                f" {quoted(changes)}"
+            )
         old = self.colors
         warp, weft = self.warp_colors.copy(), self.weft_colors.copy()
         for chosen, color in changes.items():

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from plycloth._check import quoted
 from plycloth._image_values import ImageValues
 from plycloth.image_file import WRITABLE, PathOrStr, checked_suffix
 from plycloth.image_write import encode_file
@@ -48,13 +49,13 @@ class Image(ImageValues):
         def __init__(self, pixels: npt.ArrayLike, variance: npt.ArrayLike | None = ...) -> None: ...
 
     def __post_init__(self) -> None:
-        pixels = _owned(self.pixels)
+        pixels = _owned("pixels", self.pixels)
         if pixels.ndim != 3 or pixels.shape[2] != 3 or pixels.size == 0:
             raise ValueError(f"pixels: has the shape {pixels.shape}, but must be H x W x 3")
         object.__setattr__(self, "pixels", pixels)
         if self.variance is None:
             return
-        variance = _owned(self.variance)
+        variance = _owned("variance", self.variance)
         if variance.shape != pixels.shape:
             raise ValueError(
                 f"variance: has the shape {variance.shape}, but the pixels have {pixels.shape}"
@@ -193,7 +194,13 @@ class Image(ImageValues):
         return Image(np.where(missing, np.array(NAN_COLOR, np.float32), self.pixels)).to_png()
 
 
-def _owned(values: npt.ArrayLike) -> npt.NDArray[np.float32]:
-    array = np.array(values, dtype=np.float32, order="C")
+def _owned(name: str, values: npt.ArrayLike) -> npt.NDArray[np.float32]:
+    try:
+        given = np.asarray(values)
+    except ValueError:
+        raise ValueError(f"{name}: must be an array, but its rows differ in length") from None
+    if given.dtype.kind not in "bfiu":
+        raise TypeError(f"{name}: must hold real numbers, not {quoted(values)}")
+    array = np.array(given, dtype=np.float32, order="C")
     array.flags.writeable = False
     return array

@@ -70,6 +70,8 @@ def read_codes(data: bytes, path: PathOrStr, suffix: str) -> Codes:
         with PilImage.open(io.BytesIO(data)) as stored:
             kind, profile = stored.format, stored.info.get("icc_profile")
             gamma = _own_gamma(stored)
+            if stored.mode == "F":
+                return Codes(_three(np.asarray(stored)[..., None]), is_linear=True)
             if not _is_deep(stored, data):
                 return Codes(_shallow(stored, path), gamma=gamma)
     except PilImage.DecompressionBombError as error:

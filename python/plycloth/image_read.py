@@ -10,11 +10,13 @@ import numpy as np
 import numpy.typing as npt
 
 from plycloth import _plycloth
-from plycloth._check import quoted
+from plycloth._check import instance, optional, quoted
 from plycloth._color import decode
 from plycloth.image import Image
 from plycloth.image_codes import Codes, read_codes
 from plycloth.image_file import READABLE, ImageError, ImageWarning, PathOrStr, checked_suffix
+
+_layer = optional(instance(str))
 
 # What a file is called that holds light, not codes for a display.
 LINEAR_KINDS = {".exr": "an EXR", ".hdr": "a Radiance picture"}
@@ -71,6 +73,7 @@ def read_photograph(path: PathOrStr, gamma: float) -> Image:
 
 def _read(path: PathOrStr, layer: str | None) -> Codes:
     suffix = checked_suffix(path, READABLE)
+    layer = _layer("layer", layer)
     if layer is not None and suffix != ".exr":
         raise ImageError(f"{fspath(path)}: has no layers; layer= is for EXR")
     data = Path(path).read_bytes()

@@ -167,6 +167,9 @@ def fit_photographs(
     back: Photograph | None = None,
     *,
     width_mm: float | None = None,
+    ends: float | None = None,
+    picks: float | None = None,
+    per: str = "inch",
     exposure: float | GreyCard | None = None,
     pattern: WeavePattern | None = None,
     covers: tuple[float, float] = COVERS,
@@ -186,9 +189,9 @@ def fit_photographs(
     are and how cloth and lamps were placed, in turns with longer fits. At last the lens's blur is
     read off the photographs' grain. It takes about three minutes on two cores.
 
-    Photographs do not tell how large the cloth is, nor how bright: `width_mm` and `exposure` do. If
-    they are left out, the result's `assumptions` say what was taken. Ctrl-C ends the search with
-    the best so far (`stopped`).
+    Photographs do not tell how large the cloth is, nor how bright: `width_mm`, or `ends` or
+    `picks`, and `exposure` do. If they are left out, the result's `assumptions` say what was taken.
+    Ctrl-C ends the search with the best so far (`stopped`).
 
     Parameters
     ----------
@@ -199,6 +202,11 @@ def fit_photographs(
         Real width of the piece of cloth that the pictures show, in millimetres; the rig is enlarged
         to it. None: as the rig or the `geometries` have it, if one of them is given; else that with
         which cloth has the usual 35 threads per centimetre.
+    ends, picks
+        In place of `width_mm`: threads per length along the rows and the columns of the picture,
+        in [0.1, 1e4]; one of them is enough.
+    per
+        "inch" or "cm".
     exposure
         Factor between the rig's light and that of the photographs, greater than 0, or what a card
         of known reflectance shows. None: the exposure with which `overview` shows the cloth in the
@@ -239,7 +247,7 @@ def fit_photographs(
     """
     started = time.monotonic()
     threads, seconds = _threads("threads", threads), _seconds("seconds", seconds)
-    known = Known(width_mm, exposure, pattern, covers, geometries, rig)
+    known = Known(width_mm, ends, picks, per, exposure, pattern, covers, geometries, rig)
     task = make_task(read_photographs({"front": front, "back": back}, rig.gamma), known)
     for doubt in task.doubts:
         warnings.warn(doubt, ConfidenceWarning, stacklevel=2)

@@ -11,6 +11,7 @@ from plycloth.photo_geometry import COVERS, YARNS, Geometry
 from plycloth.photo_weaves import leaning, that_lean, weaves
 from plycloth.rig import RIG, PhotoRig
 from plycloth.spacing import LEAST_CONFIDENCE, Spacing, estimate_spacing
+from plycloth.trade import spacing_mm
 from plycloth.weave import WeavePattern
 
 FloatArray = NDArray[np.float64]
@@ -72,8 +73,23 @@ def find_threads(images: Mapping[str, FloatArray]) -> Threads:
 
 def usual_width(threads: Threads, width_px: int) -> float:
     """Return the width of a picture in millimetres if its cloth has the usual count."""
-    warp, weft = threads.pitch_px
-    return float(10.0 * width_px / (warp * weft) ** 0.5 / USUAL_COUNT)
+    usual = spacing_mm(USUAL_COUNT, "cm")
+    return width_of(threads, width_px, (usual, usual))
+
+
+def width_of(
+    threads: Threads, width_px: int, spacings_mm: tuple[float | None, float | None]
+) -> float:
+    """Return the width of a picture in millimetres by the spacing of its ends, picks or both.
+
+    Of both, which never agree to the last digit, the geometric mean counts.
+    """
+    widths = [
+        width_px * spacing / pitch
+        for spacing, pitch in zip(spacings_mm, threads.pitch_px, strict=True)
+        if spacing is not None
+    ]
+    return float(np.exp(np.mean(np.log(widths))))
 
 
 def guess_geometries(

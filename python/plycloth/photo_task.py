@@ -10,10 +10,18 @@ from plycloth._check import POSITIVE, ParameterError, Range, number, vector
 from plycloth.lens import Lens
 from plycloth.photo_exposure import LIGHTS, GreyCard, Look, likely_exposure
 from plycloth.photo_geometry import Geometry
-from plycloth.photo_guess import USUAL_COUNT, Threads, find_threads, guess_geometries, usual_width
+from plycloth.photo_guess import (
+    USUAL_COUNT,
+    Threads,
+    find_threads,
+    guess_geometries,
+    usual_width,
+    width_of,
+)
 from plycloth.photo_input import Lit
 from plycloth.rig import RIG, PhotoRig
 from plycloth.spacing import SMALLEST_SIDE
+from plycloth.trade import spacing_mm
 from plycloth.weave import WeavePattern
 
 FloatArray = NDArray[np.float64]
@@ -21,7 +29,8 @@ FloatArray = NDArray[np.float64]
 # Yarns of a geometry that a user names may be narrowed to this part until they fit.
 LEAST_KEPT = 0.5
 
-_width = number(POSITIVE)
+_count = number(Range(0.1, 1e4))
+_width = number(Range(1e-3, 1e6))
 _exposure = number(POSITIVE)
 _covers = vector(2, number(Range(0.01, 1.5)))
 
@@ -31,6 +40,9 @@ class Known:
     """What a user knows beside the photographs; as in `fit_photographs`."""
 
     width_mm: float | None
+    ends: float | None
+    picks: float | None
+    per: str
     exposure: float | GreyCard | None
     pattern: WeavePattern | None
     covers: tuple[float, float]
@@ -40,17 +52,38 @@ class Known:
     def __post_init__(self) -> None:
         if self.width_mm is not None:
             _width("width_mm", self.width_mm)
+        self._check_counts()
         if self.exposure is not None and not isinstance(self.exposure, GreyCard):
             _exposure("exposure", self.exposure)
         low, high = _covers("covers", self.covers)
         if low > high:
-            raise ParameterError(f"covers must be (low, high), not ({low:g}, {high:g})")
+            raise ParameterError(f"covers must be the lower one first, not {low:g}, {high:g}")
         given = self.geometries
         if given is not None and not (given and all(isinstance(g, Geometry) for g in given)):
             raise TypeError("geometries must be a list of at least one Geometry")
         for each in given or ():
             if not each.has_room(LEAST_KEPT * min(each.warp.cover, each.weft.cover)):
                 raise ParameterError(f"geometries: the yarns of {each} have no room")
+
+    @property
+    def spacings_mm(self) -> tuple[float | None, float | None]:
+        """Distances of ends and picks, where their counts are known."""
+        ends, picks = (
+            None if count is None else float(spacing_mm(count, self.per))
+            for count in (self.ends, self.picks)
+        )
+        return ends, picks
+
+    def _check_counts(self) -> None:
+        for name, count in (("ends", self.ends), ("picks", self.picks)):
+            if count is None:
+                continue
+            spacing_mm(_count(name, count), self.per)
+            for other in ("width_mm", "geometries"):
+                if getattr(self, other) is not None:
+                    raise ParameterError(
+                        f"{name} must not be given with {other}: both say how large the cloth is"
+                    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,6 +160,12 @@ def _real_rig(known: Known, threads: Threads | None, width_px: int) -> tuple[Pho
         return (
             rig,
             f"The pictures show {rig.picture_width:.3g} mm of cloth from left to right, as given.",
+        )
+    if threads is not None and any(known.spacings_mm):
+        rig = known.rig.scaled(width_of(threads, width_px, known.spacings_mm))
+        return rig, (
+            f"The pictures show {rig.picture_width:.3g} mm of cloth from left to right, by the"
+            " number of threads given and the distances between threads in the picture."
         )
     if threads is None or known.rig != RIG:
         what = "the rig" if threads is not None else "the geometries"

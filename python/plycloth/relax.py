@@ -148,7 +148,7 @@ def relax(
         If a value is no number at all.
     MemoryError
         If there is not as much memory as it takes.
-    RuntimeError
+    ConvergenceError
         If the minimum cannot be found because the numbers are too many orders of magnitude apart.
     """
     if not isinstance(pattern, WeavePattern):

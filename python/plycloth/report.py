@@ -56,7 +56,8 @@ def save_fit(
     Parameters
     ----------
     folder
-        Where to; files of these names are replaced.
+        Where to; files of these names are replaced, and pictures that an earlier fit left there are
+        removed.
     page
         The page so far; the fit is added to it.
     result
@@ -83,12 +84,26 @@ def save_fit(
     result.fabric.save(folder / "fabric.json")
     if record is None:
         record = fit_record(result, [each.name for each in comparisons], hidden)
+    _remove_pictures(folder / "fit.json")
+    record = dict(record) | {"pictures": [f"{each.name}.png" for each in comparisons]}
     (folder / "fit.json").write_text(json.dumps(record, indent=2) + "\n", encoding="utf-8")
     for comparison in comparisons:
         comparison.fitted.save(folder / f"{comparison.name}.png", gamma=gamma, dpi=dpi)
     candidates = record.get("candidates", ())
     add_fit(page, result, comparisons, candidates=candidates, hidden=hidden, gamma=gamma)
     page.save(folder / "index.html")
+
+
+def _remove_pictures(record: Path) -> None:
+    """Remove the pictures of an earlier fit, which would be taken for some of this one."""
+    try:
+        names = json.loads(record.read_bytes())["pictures"]
+        pictures = [record.with_name(name) for name in names if name.endswith(".png")]
+    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+        # There is none, or it is none of ours.
+        return
+    for picture in pictures:
+        picture.unlink(missing_ok=True)
 
 
 def fit_record(

@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Annotated, Any, get_args
 
 from plycloth._check import (
-    POSITIVE,
     RADIOMETRIC,
     NumberOrNumbers,
     ParameterError,
+    Range,
     Rgb,
     instance,
     optional,
@@ -35,7 +35,10 @@ SPREAD = 16
 AnyFabric = Annotated[Fabric, instance(Fabric)]
 AnyCamera = Annotated[Camera, instance(*get_args(Camera))]
 
-Size = Annotated[tuple[float, float] | None, optional(pair(POSITIVE))]
+# The camera of a picture of the whole lies twice as far away.
+LARGEST_MM = 1e8
+
+Size = Annotated[tuple[float, float] | None, optional(pair(Range(0.0, LARGEST_MM, exclusive=True)))]
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -20,7 +20,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from plycloth._check import (
-    POSITIVE,
     ParameterError,
     Range,
     arrays,
@@ -68,8 +67,9 @@ _EXAMPLES = "'20 tex', '20 tex x 2', '150 denier', '30/2 Ne' or '2/28 Nm'"
 
 _per = choice(*_MM_PER)
 _unit = choice(*UNITS)
-_positive = arrays((), POSITIVE)
-_fraction = number(Range(0.01, 1.0))
+# Of sizes, counts and lengths: any that thread can have, and such that no result overflows.
+_positive = arrays((), Range(1e-12, 1e12))
+checked_packing = number(Range(0.01, 1.0))
 _density = number(Range(0.01, 100.0))
 
 
@@ -195,13 +195,13 @@ def area_mm2(tex: ArrayLike, material: str | float, packing: float = PACKING) ->
     """Return the cross section in square millimetres; the parameters are `diameter_mm`'s."""
     # 1 tex is 1e-3 g/m, and 1 g/m of 1 g/cm3 fills 1 mm2.
     fiber = 1e-3 * _positive("tex", tex)[()] / density(material)
-    return fiber / _fraction("packing", packing)
+    return fiber / checked_packing("packing", packing)
 
 
 def tex_of_diameter(diameter_mm: ArrayLike, material: str | float, packing: float = PACKING) -> Any:
     """Return the size in tex of a yarn of a diameter: the opposite of `diameter_mm`."""
     area = math.pi / 4.0 * _positive("diameter_mm", diameter_mm)[()] ** 2
-    return 1e3 * area * density(material) * _fraction("packing", packing)
+    return 1e3 * area * density(material) * checked_packing("packing", packing)
 
 
 def density(material: str | float) -> float:
@@ -241,9 +241,10 @@ def _unit_of(word: str) -> str:
 
 
 def _single_tex(text: str, size: float, unit: str) -> float:
-    if not POSITIVE.holds(size):
-        raise ParameterError(f"a yarn size must be finite and greater than 0, not {quoted(text)}")
-    return float(to_tex(size, unit))
+    try:
+        return float(to_tex(size, unit))
+    except ParameterError as error:
+        raise ParameterError(f"a yarn {error}, as in {quoted(text)}") from None
 
 
 def _plies(text: str, plies: float) -> int:

@@ -6,6 +6,7 @@ use std::sync::mpsc::{self, RecvTimeoutError};
 use std::thread;
 use std::time::Duration;
 
+use pyo3::create_exception;
 use pyo3::exceptions::{PyKeyboardInterrupt, PyMemoryError, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use rayon::ThreadPoolBuilder;
@@ -16,11 +17,18 @@ use crate::error::{Error, Result};
 /// How long the watching thread waits between two looks for Ctrl-C.
 const WATCH_INTERVAL: Duration = Duration::from_millis(25);
 
+create_exception!(
+    plycloth,
+    ConvergenceError,
+    PyRuntimeError,
+    "The relaxed cloth was not found: lengths or stiffnesses are too many orders of magnitude apart."
+);
+
 impl From<Error> for PyErr {
     fn from(error: Error) -> Self {
         match error {
             Error::Invalid { .. } => PyValueError::new_err(error.to_string()),
-            Error::NotConverged { .. } => PyRuntimeError::new_err(error.to_string()),
+            Error::NotConverged { .. } => ConvergenceError::new_err(error.to_string()),
             Error::OutOfMemory { .. } => PyMemoryError::new_err(error.to_string()),
             Error::Stopped => PyKeyboardInterrupt::new_err("stopped"),
         }

@@ -18,6 +18,8 @@ mod _plycloth {
     #[pymodule_export]
     use super::clearance::{fitted, overlaps};
     #[pymodule_export]
+    use super::gate::ConvergenceError;
+    #[pymodule_export]
     use super::image::{decode_codes, decode_exr, decode_radiance, encode_exr, to_srgb};
     #[pymodule_export]
     use super::render::{CompiledFilm, CompiledScene, CompiledTape};

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from typing import NoReturn
 
 from plycloth._check import MOST_QUOTED, ParameterError
-from plycloth._plycloth import __version__
+from plycloth._plycloth import ConvergenceError, __version__
 from plycloth.cli.compare import add_compare
 from plycloth.cli.fit import add_fit
 from plycloth.cli.options import named_as_option
@@ -53,7 +53,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         kept = f": {stop}" if str(stop) else ""
         print(f"plycloth: interrupted{kept}", file=sys.stderr)
         return INTERRUPTED
-    except (OSError, ValueError, MemoryError) as error:
+    except (OSError, ValueError, MemoryError, ConvergenceError) as error:
         print(f"plycloth: error: {_one_line(error)}", file=sys.stderr)
         return BAD_INPUT
     return 0
@@ -78,7 +78,7 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _one_line(error: OSError | ValueError | MemoryError) -> str:
+def _one_line(error: Exception) -> str:
     if isinstance(error, OSError) and error.filename is not None:
         return f"{error.filename}: {error.strerror}"
     text = " ".join(str(error).split())

@@ -1,12 +1,14 @@
 """`plycloth compare`: several cloths and pictures in one picture."""
 
 import argparse
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from plycloth.cli.options import (
     add_common,
     add_picture,
+    add_strict,
     check_output,
     ground,
     light,
@@ -47,13 +49,15 @@ def add_compare(commands: Any) -> None:
         help="of each piece of cloth (default: a square with a repeat of each cloth and at least"
         f" {FEWEST_YARNS} yarns of the coarsest)",
     )
+    add_strict(command)
     add_common(command)
 
 
 def _compare(options: argparse.Namespace) -> None:
     check_output(options.output)
     checked_dpi("--dpi", options.dpi)
-    subjects = [(Path(name).name, subject(name)) for name in options.inputs]
+    _check_inputs_stay(options.inputs, options.output)
+    subjects = [(Path(name).name, subject(name, strict=options.strict)) for name in options.inputs]
     image = compare(
         subjects,
         light(options),
@@ -67,3 +71,9 @@ def _compare(options: argparse.Namespace) -> None:
     )
     image.save(options.output, dpi=options.dpi)
     say(options, f"{options.output}: {', '.join(label for label, _ in subjects)}")
+
+
+def _check_inputs_stay(inputs: Sequence[str], output: Path) -> None:
+    for name in inputs:
+        if output.exists() and Path(name).exists() and output.samefile(name):
+            raise ValueError(f"{output}: is an input, and would be replaced; name another file")

@@ -7,24 +7,29 @@ from typing import Any
 from plycloth._check import ParameterError, quoted
 from plycloth.bsdf import PlyBsdf
 from plycloth.draft import Draft
-from plycloth.trade import DENSITIES, PACKING, YarnSize, density
+from plycloth.trade import DENSITIES, PACKING, checked_packing, density
 from plycloth.yarn import RoundYarn
 
 SETTS = ("ends", "picks")
 SIDES = ("warp", "weft")
-LENGTHS = ("inch", "cm")
+LENGTHS = {"inch": "inch", "in": "inch", "cm": "cm"}
+
+
+def add_setts(command: argparse.ArgumentParser, default: str) -> None:
+    """Add how close threads lie; `default` says what is taken otherwise."""
+    for yarns in SETTS:
+        command.add_argument(
+            f"--{yarns}",
+            metavar="N/LENGTH",
+            type=_sett,
+            help=f"so many {yarns} per inch or cm, such as 60/inch or 24/cm (default: {default})",
+        )
 
 
 def add_counts(command: argparse.ArgumentParser) -> None:
     """Add how close a draft's threads lie, and how much its yarns weigh."""
+    add_setts(command, "the draft's")
     add = command.add_argument
-    for yarns in SETTS:
-        add(
-            f"--{yarns}",
-            metavar="N/LENGTH",
-            type=_sett,
-            help=f"so many {yarns} per inch or cm, such as 60/inch or 24/cm (default: the draft's)",
-        )
     for side in SIDES:
         add(
             f"--{side}",
@@ -75,12 +80,12 @@ def with_counts(draft: Draft, options: argparse.Namespace, sized: dict[str, Roun
 
 
 def _sized(side: str, options: argparse.Namespace) -> RoundYarn:
+    size, material = getattr(options, side), _material(options)
+    packing = checked_packing("--packing", PACKING if options.packing is None else options.packing)
     try:
-        YarnSize.parse(size := getattr(options, side))
+        return RoundYarn.of_size(size, PlyBsdf(), material=material, packing=packing)
     except ParameterError as error:
         raise ValueError(f"--{side}: {error}") from None
-    packing = PACKING if options.packing is None else options.packing
-    return RoundYarn.of_size(size, PlyBsdf(), material=_material(options), packing=packing)
 
 
 def _material(options: argparse.Namespace) -> float:
@@ -101,4 +106,4 @@ def _sett(text: str) -> tuple[float, str]:
         raise argparse.ArgumentTypeError(
             f"must be a number per inch or cm, such as 60/inch or 24/cm, not {quoted(text)}"
         )
-    return threads, per
+    return threads, LENGTHS[per]

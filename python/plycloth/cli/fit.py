@@ -6,7 +6,8 @@ from pathlib import Path
 from typing import Any
 
 from plycloth._json import load_as
-from plycloth.cli.options import add_common, add_dpi, progress, say
+from plycloth.cli.counts import SETTS, add_setts
+from plycloth.cli.options import add_common, add_dpi, add_strict, progress, say
 from plycloth.image_read import read_photograph
 from plycloth.image_write import checked_dpi
 from plycloth.page import Page
@@ -14,6 +15,8 @@ from plycloth.photo_exposure import GREY, GreyCard
 from plycloth.photo_geometry import COVERS
 from plycloth.report import Comparison, save_fit
 from plycloth.rig import RIG, PhotoRig
+from plycloth.trade import spacing_mm, threads_per
+from plycloth.weave import WeavePattern
 from plycloth.wif import read_wif
 
 SIDES = ("front", "back")
@@ -21,6 +24,9 @@ SIDES = ("front", "back")
 CARDS = {"grey-card": GREY, "white": 0.9}
 # Samples per pixel of the pictures of a quick fit.
 QUICK_SPP = {"front": 8, "back": 16}
+SECONDS_HELP = (
+    "stop the search after S seconds; one fit at least is made, and its pictures take some more"
+)
 
 
 def add_fit(commands: Any) -> None:
@@ -47,7 +53,7 @@ def add_fit(commands: Any) -> None:
     )
     _add_known(command)
     add("--quick", action="store_true", help="a first look, within 45 seconds on 2 cores")
-    add("--seconds", type=float, metavar="S", help="stop the search after S seconds")
+    add("--seconds", type=float, metavar="S", help=SECONDS_HELP)
     add("--tie", action="store_true", help="warp and weft are the same yarn")
     add(
         "--rig",
@@ -61,6 +67,7 @@ def add_fit(commands: Any) -> None:
         type=Path,
         help="the weave, if it is known (default: looked for)",
     )
+    add_strict(command)
     add_dpi(command)
     add_common(command)
 
@@ -81,6 +88,7 @@ def _add_known(command: argparse.ArgumentParser) -> None:
         metavar=("LOW", "HIGH"),
         help="narrowest and widest yarns, over their spacing (default: {:g} {:g})".format(*COVERS),
     )
+    add_setts(command, "a guess of the width; one is enough")
     brightness = command.add_mutually_exclusive_group()
     brightness.add_argument(
         "--exposure",
@@ -95,13 +103,15 @@ def _add_known(command: argparse.ArgumentParser) -> None:
             type=float,
             nargs=3,
             metavar=("R", "G", "B"),
-            help=f"codes, 0 to 255, that a card of reflectance {reflectance:g} in place of the"
-            " cloth has in the photograph lit from the front",
+            help=f"codes, 0 to 255, that a card of reflectance {reflectance:g} has in place of the"
+            " cloth, lit from the front and photographed with the same exposure",
         )
 
 
 def _fit(options: argparse.Namespace) -> None:
     checked_dpi("--dpi", options.dpi)
+    if options.strict and options.draft is None:
+        raise ValueError("--strict: is for the draft that --draft names")
     rig = RIG if options.rig is None else load_as(PhotoRig, options.rig)
     given = _given(options)
     _check_folder(options.output, list(given.values()))
@@ -175,15 +185,27 @@ def _known(options: argparse.Namespace, rig: PhotoRig) -> dict[str, Any]:
     """Return the arguments of `fit_photographs` that were given on the command line."""
     named = {
         "width_mm": options.width_mm,
+        **_counts(options),
         "exposure": _exposure(options, rig),
         "covers": None if options.cover is None else tuple(options.cover),
-        "pattern": None if options.draft is None else read_wif(options.draft).pattern,
+        "pattern": None if options.draft is None else _pattern(options),
         "tie": options.tie or None,
         "quick": options.quick or None,
         "seconds": options.seconds,
         "threads": options.threads,
     }
     return {"seed": options.seed} | {k: value for k, value in named.items() if value is not None}
+
+
+def _counts(options: argparse.Namespace) -> dict[str, Any]:
+    """Return the threads per length that were given, in one length for both."""
+    given = {name: sett for name in SETTS if (sett := getattr(options, name)) is not None}
+    counts = {name: threads_per(spacing_mm(*sett), "cm") for name, sett in given.items()}
+    return counts | {"per": "cm"} if counts else {}
+
+
+def _pattern(options: argparse.Namespace) -> WeavePattern:
+    return read_wif(options.draft, strict=options.strict).pattern
 
 
 def _exposure(options: argparse.Namespace, rig: PhotoRig) -> float | GreyCard | None:

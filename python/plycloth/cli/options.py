@@ -24,14 +24,15 @@ OPTIONS = {
     "the draft has no colour": "--recolor: the draft has no colour",
     "Swatch.size_mm": "--size-mm",
     "covers": "--cover",
-    "the plies of a yarn": "--warp or --weft: the plies of a yarn",
     **{
         name: f"--{name.replace('_', '-')}"
         for name in (
+            "ends",
             "exposure",
             "height",
             "material",
             "packing",
+            "picks",
             "seconds",
             "seed",
             "size_mm",
@@ -75,6 +76,16 @@ def add_dpi(command: argparse.ArgumentParser) -> None:
     """Add the resolution of pictures."""
     command.add_argument(
         "--dpi", type=float, help="resolution to note in the pictures, pixels per inch"
+    )
+
+
+def add_strict(command: argparse.ArgumentParser) -> None:
+    """Add whether a faulty draft is refused."""
+    command.add_argument(
+        "--strict",
+        action="store_true",
+        help="end with an error where a colour or length of a draft cannot be read, or parts of"
+        " it disagree (default: a warning and a guess)",
     )
 
 

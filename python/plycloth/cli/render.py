@@ -7,11 +7,12 @@ from pathlib import Path
 from typing import Any
 
 from plycloth._check import quoted
-from plycloth._json import load
+from plycloth._json import FormatError, load
 from plycloth.cli.counts import add_counts, check_counts, sized_yarns, with_counts
 from plycloth.cli.options import (
     add_common,
     add_picture,
+    add_strict,
     check_output,
     ground,
     light,
@@ -71,12 +72,7 @@ def add_render(commands: Any) -> None:
         action="store_true",
         help="keep threads at the draft's margins that interlace with nothing",
     )
-    add(
-        "--strict",
-        action="store_true",
-        help="end with an error where a colour or length of the draft cannot be read, or parts of"
-        " it disagree (default: a warning and a guess)",
-    )
+    add_strict(command)
     add_counts(command)
     add(
         "--yarn",
@@ -124,7 +120,7 @@ def _scene(options: argparse.Namespace) -> tuple[Scene, str]:
             if getattr(options, name):
                 option = name.replace("_", "-")
                 raise ValueError(f"--{option}: is for a draft; what is saved has its own yarns")
-        saved = load(options.draft)
+        saved = _saved(options.draft)
         if isinstance(saved, Scene):
             if options.fit_yarns:
                 raise ValueError("--fit-yarns: is for a draft or a fabric, not for a saved scene")
@@ -154,6 +150,17 @@ def _scene(options: argparse.Namespace) -> tuple[Scene, str]:
         **ground("ground", options),
     )
     return scene, shown
+
+
+def _saved(path: Path) -> Any:
+    """Load what plycloth saved; of a fit's folder that is not the record of the fit."""
+    try:
+        return load(path)
+    except FormatError as error:
+        fabric = path.with_name("fabric.json")
+        if path.name != "fit.json" or not fabric.exists():
+            raise
+        raise FormatError(f"{error}; the fabric of this fit is {fabric}") from None
 
 
 def _draft(options: argparse.Namespace) -> Draft:
