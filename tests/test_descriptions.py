@@ -2,7 +2,6 @@ import copy
 import math
 import pickle
 from dataclasses import FrozenInstanceError, replace
-from types import SimpleNamespace
 
 import numpy as np
 import plycloth as pc
@@ -152,18 +151,25 @@ def test_a_swatch_is_one_repeat_unless_it_has_a_size():
     assert pc.Swatch(fabric, (7, 8)).extent_mm == (7.0, 8.0)
 
 
-def test_a_fabric_relaxes_in_units_of_its_spacing(monkeypatch):
-    relax = pytest.importorskip("plycloth.relax")
-    monkeypatch.setattr(relax, "relax", lambda pattern, **given: SimpleNamespace(**given))
+def test_a_fabric_relaxes_in_units_of_its_spacing():
     flat = pc.FlatYarn(0.4, pc.PlyBsdf(), thickness_mm=0.15, stiffness=3)
     fabric = plain_fabric(weft=flat, warp_spacing_mm=[0.2, 0.3], collision_stiffness=2)
     seen = fabric.relaxed()
     assert fabric.unit_mm == pytest.approx(0.375)
-    assert seen.warp_radius == pytest.approx(0.1 / 0.375)
-    assert seen.weft_radius == pytest.approx(0.075 / 0.375)
-    assert (seen.warp_stiffness, seen.weft_stiffness, seen.collision_stiffness) == (1.0, 3.0, 2.0)
-    np.testing.assert_allclose(seen.warp_spacing, np.array([0.2, 0.3]) / 0.375)
-    assert seen.weft_spacing == pytest.approx(0.5 / 0.375)
+    expected = pc.relax(
+        fabric.pattern,
+        warp_radius=0.1 / 0.375,
+        weft_radius=0.075 / 0.375,
+        weft_stiffness=3.0,
+        collision_stiffness=2.0,
+        warp_spacing=np.array([0.2, 0.3]) / 0.375,
+        weft_spacing=0.5 / 0.375,
+    )
+    assert seen.energy == pytest.approx(expected.energy, rel=1e-9)
+    for name in ("warp_height", "warp_slope", "weft_height", "weft_slope"):
+        assert getattr(seen, name) == pytest.approx(getattr(expected, name), abs=1e-9), name
+    assert seen.warp_spacing == pytest.approx(expected.warp_spacing)
+    assert seen.weft_spacing == pytest.approx(expected.weft_spacing)
 
 
 def draft(**changes):

@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 import plycloth as pc
 import pytest
-from plycloth import _plycloth
+from plycloth.shared_cloth import compiled_scene
 from samples import plain_fabric
 
 LIGHTS = (pc.PointLight((1.0, 2.0, 3.0), 40.0), pc.ConstantLight((0.2, 0.3, 0.4)))
@@ -104,7 +104,7 @@ def without_size(whole):
 
 def test_a_panic_is_an_exception_that_spoils_nothing():
     renderer = rendered(2)
-    broken = _plycloth.CompiledScene(without_size(scene()))
+    broken = compiled_scene(without_size(scene()))
     with pytest.raises(RuntimeError, match="a fault inside plycloth, please report it: index"):
         renderer._film.run(broken, 3)
     assert renderer.samples == 2

@@ -10,6 +10,7 @@ import plycloth as pc
 import pytest
 from plycloth import _plycloth
 from plycloth.cells import cell_averages
+from plycloth.shared_cloth import compiled_scene
 from samples import TINTED, plain_fabric
 
 # Whether its yarns fit side by side is all the same to a gradient.
@@ -36,7 +37,7 @@ def shifted(bsdf, field, part, step):
 def test_derivatives_stand_under_their_names(field):
     """Beside differences of averages along the same paths, whose error is of the second order."""
     _, gradient = pc.value_and_gradient(scene(), cells=(2, 3), paths=64, seed=5)
-    tape = _plycloth.CompiledTape(_plycloth.CompiledScene(scene()), (3, 2), 64, 5, None)
+    tape = _plycloth.CompiledTape(compiled_scene(scene()), (3, 2), 64, 5, None)
     for yarns, name in enumerate(("warp", "weft")):
         ours = gradient[f"{name}.{field}"].reshape(2, 3, 3, -1)
         for part in range(ours.shape[-1]):

@@ -6,7 +6,8 @@ from types import SimpleNamespace
 import numpy as np
 import plycloth as pc
 import pytest
-from plycloth import _plycloth, mitsuba
+from plycloth import mitsuba
+from plycloth.shared_cloth import compiled_scene
 from samples import plain_fabric
 
 SCENE = pc.overview(plain_fabric(), width=4)
@@ -72,7 +73,7 @@ CAMERA = look_alike(SCENE.camera, "origin", "target", "up", "resolution", "width
 )
 def test_the_core_takes_no_look_alikes(given, message):
     with pytest.raises(TypeError, match=message):
-        _plycloth.CompiledScene(given)
+        compiled_scene(given)
 
 
 class Sun(pc.DirectionalLight):

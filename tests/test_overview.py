@@ -6,6 +6,7 @@ import plycloth as pc
 import pytest
 from plycloth import _plycloth
 from plycloth.overview import IRRADIANCE, lighting
+from plycloth.shared_cloth import compiled_scene
 from samples import plain_fabric
 
 
@@ -120,7 +121,7 @@ def test_a_fit_sees_the_same_ground():
     fabric = pc.Fabric(pc.WeavePattern.plain(), yarn, yarn, 0.5, 0.5)
     seen = []
     for ground in (0.0, 1.0):
-        compiled = _plycloth.CompiledScene(pc.overview(fabric, "overcast", ground=ground))
+        compiled = compiled_scene(pc.overview(fabric, "overcast", ground=ground))
         seen.append(compiled.cell_averages((2, 2), 512, 0, None))
         tape = _plycloth.CompiledTape(compiled, (2, 2), 512, 0, None)
         assert tape.evaluate([yarn.bsdf] * 2)[0] == pytest.approx(seen[-1], rel=1e-4)

@@ -23,6 +23,7 @@ from plycloth.bsdf import Bsdf
 from plycloth.camera import Camera
 from plycloth.fabric import Fabric
 from plycloth.light import EnvironmentLight, Light
+from plycloth.relax import Relaxed
 from plycloth.rig import PhotoRig
 from plycloth.scene import Scene, Swatch
 from plycloth.weave import WeavePattern
@@ -39,6 +40,7 @@ _KINDS: dict[str, type[Any]] = {
         WeavePattern,
         *get_args(Bsdf),
         *get_args(Yarn),
+        Relaxed,
         Fabric,
         Swatch,
         *get_args(Camera),
@@ -52,6 +54,7 @@ _KINDS: dict[str, type[Any]] = {
 _ADDED = {
     ("RoundYarn", "thickness_mm"),
     ("RoundYarn", "collision_radius_mm"),
+    ("Fabric", "heights"),
     ("Scene", "background"),
 }
 

@@ -13,6 +13,7 @@ __version__: str
 class ConvergenceError(RuntimeError):
     """The relaxed cloth was not found."""
 
+def cloth_digest(fabric: object) -> int: ...
 def decode_codes(data: bytes, format: str) -> tuple[npt.NDArray[np.float32], bool]: ...
 def decode_exr(
     data: bytes, layer: str | None = None
@@ -21,7 +22,6 @@ def decode_radiance(data: bytes) -> npt.NDArray[np.float32]: ...
 def fitted(
     fabric: object, threads: int | None = None, progress: object = None
 ) -> tuple[list[tuple[float, float, float]], list[tuple[float, float, float]]]: ...
-def overlaps(fabric: object, threads: int | None = None) -> npt.NDArray[np.float64]: ...
 def encode_exr(pixels: npt.NDArray[np.float32], dpi: float | None = None) -> bytes: ...
 def relax(
     warp_up: npt.NDArray[np.bool_],
@@ -39,11 +39,24 @@ def relax(
 def to_srgb(codes: npt.NDArray[np.float32], profile: bytes) -> npt.NDArray[np.float32]: ...
 
 @final
-class CompiledScene:
+class CompiledCloth:
     def __new__(
-        cls, scene: object, threads: int | None = None, progress: object = None
+        cls, fabric: object, threads: int | None = None, progress: object = None
     ) -> Self: ...
+    def heights(
+        self,
+    ) -> tuple[
+        float,
+        float,
+        int,
+        tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]],
+        tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]],
+    ]: ...
     def overlaps(self, threads: int | None = None) -> npt.NDArray[np.float64]: ...
+
+@final
+class CompiledScene:
+    def __new__(cls, scene: object, cloth: CompiledCloth, threads: int | None = None) -> Self: ...
     def cell_averages(
         self,
         grid: tuple[int, int],

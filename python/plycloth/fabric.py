@@ -17,6 +17,7 @@ from plycloth._check import (
     ParameterError,
     array,
     instance,
+    integer,
     number,
     number_or_array,
     optional,
@@ -26,6 +27,8 @@ from plycloth._saved import Saved
 from plycloth.draft_yarns import draft_yarns
 from plycloth.overlap import Overlaps
 from plycloth.progress import Progress, relaxing
+from plycloth.relax import Relaxed
+from plycloth.shared_cloth import relaxed_cloth
 from plycloth.trade import spacing_mm
 from plycloth.weave import WeavePattern
 from plycloth.yarn import RoundYarn, Yarn
@@ -33,7 +36,6 @@ from plycloth.yarn_set import MAX_HALF_WIDTH, Yarns, kinds_of, one_or_each, refi
 
 if TYPE_CHECKING:
     from plycloth.draft import Draft
-    from plycloth.relax import Relaxed
 
 FloatArray = NDArray[np.float64]
 AnyPattern = Annotated[WeavePattern, instance(WeavePattern)]
@@ -41,9 +43,12 @@ AnyYarns = Annotated[Yarns, one_or_each]
 Spacing = Annotated[float | FloatArray, number_or_array(POSITIVE)]
 Colors = Annotated[FloatArray | None, optional(array((None, 3), UNIT))]
 Stiffness = Annotated[float, number(POSITIVE)]
+Heights = Annotated[Relaxed | None, optional(instance(Relaxed))]
 
 # A spacing below this part of the mean lets very many yarns lie on each other.
 MIN_SPACING = 1.0 / 256.0
+
+_threads = optional(integer(1, 1024))
 
 # A pitch below this part of a crossing would need very many segments: it is an error where a yarn
 # has it, and no yarn's that leaves its pitch open.
@@ -77,6 +82,9 @@ class Fabric(Saved):
     collision_stiffness
         k_c of Eq. 3, greater than 0. The default presses yarns into each other by less than 1e-3
         of their thickness; 1 is the paper's, with which they give way by some per cent.
+    heights
+        The yarns' heights, if they are known, as `relaxed` returns them. They are taken as they
+        are, whatever the yarns. None: those of least energy.
 
     Raises
     ------
@@ -96,6 +104,7 @@ class Fabric(Saved):
     warp_colors: Colors = None
     weft_colors: Colors = None
     collision_stiffness: Stiffness = 100.0
+    heights: Heights = None
 
     if TYPE_CHECKING:
 
@@ -109,6 +118,7 @@ class Fabric(Saved):
             warp_colors: ArrayLike | None = ...,
             weft_colors: ArrayLike | None = ...,
             collision_stiffness: float = ...,
+            heights: Relaxed | None = ...,
         ) -> None: ...
 
     def __post_init__(self) -> None:
@@ -119,6 +129,7 @@ class Fabric(Saved):
         _check_count("weft_colors", self.weft_colors, "picks", self.pattern.picks)
         _check_count("warp", self.warp, "ends", self.pattern.ends)
         _check_count("weft", self.weft, "picks", self.pattern.picks)
+        _check_heights(self.heights, self.pattern)
         _check_yarns("warp", self.warp, self.warp_spacing_mm, self.weft_spacing_mm)
         _check_yarns("weft", self.weft, self.weft_spacing_mm, self.warp_spacing_mm)
 
@@ -205,13 +216,21 @@ class Fabric(Saved):
         pick_spacing = spacing_mm(number_or_array(POSITIVE)("picks", picks), per)
         return cls(pattern, warp, weft, end_spacing, pick_spacing, warp_colors, weft_colors)
 
-    def overlaps(self) -> Overlaps:
+    def overlaps(self, *, threads: int | None = None) -> Overlaps:
         """Find where yarns overlap: relaxation keeps them apart at the crossings' centres alone.
 
-        Takes a relaxation, and time linear in the number of crossings. Depths are right to first
-        order in the depth.
+        Takes a relaxation, if the fabric was not relaxed before, and time linear in the number of
+        crossings. Depths are right to first order in the depth.
+
+        Parameters
+        ----------
+        threads
+            Threads to use; None: one per processor.
         """
-        return self.overlaps_of(_plycloth.overlaps(self))
+        threads = _threads("threads", threads)
+        depth_mm = relaxed_cloth(self, threads, progress=False).overlaps(threads)
+        thinnest = min(yarn.thickness for yarn in (*self.warp_kinds, *self.weft_kinds))
+        return Overlaps(self.pattern, depth_mm, thinnest)
 
     def fitted(self, *, progress: Progress = None) -> Self:
         """Return the fabric with yarns that do not overlap by more than 2% of their thickness.
@@ -224,7 +243,8 @@ class Fabric(Saved):
         that touch there cut into each other beside it. Ribbons keep their width as far as it does
         not exceed the distance between neighbours; of ribbons and round yarns side by side both are
         narrowed where no narrowing of the round ones helps. Plies, pitch and BSDF stay. The time is
-        that of one relaxation, up to two short ones, and some tests of all crossings.
+        that of one relaxation, up to two short ones, and some tests of all crossings. Heights that
+        were given are dropped.
 
         Parameters
         ----------
@@ -238,6 +258,7 @@ class Fabric(Saved):
             self,
             warp=refit(self.warp, self.warp_kinds, self.end_kind, warp),
             weft=refit(self.weft, self.weft_kinds, self.pick_kind, weft),
+            heights=None,
         )
 
     def turned_over(self) -> Self:
@@ -251,31 +272,28 @@ class Fabric(Saved):
             warp=_reversed(self.warp),
             warp_spacing_mm=_reversed(self.warp_spacing_mm),
             warp_colors=_reversed(self.warp_colors),
+            heights=None if self.heights is None else self.heights.turned_over(),
         )
 
-    def overlaps_of(self, depth_mm: FloatArray) -> Overlaps:
-        """Return depths (picks x ends, in millimetres) with what they are measured by."""
-        thinnest = min(yarn.thickness for yarn in (*self.warp_kinds, *self.weft_kinds))
-        return Overlaps(self.pattern, depth_mm, thinnest)
+    def relaxed(self, *, progress: Progress = None) -> Relaxed:
+        """Return the yarns' heights of least energy (section 3.1), or those that are given.
 
-    def relaxed(self) -> Relaxed:
-        """Relax the yarns' heights (section 3.1).
+        Lengths are in units of weave space, `unit_mm` millimetres each. A fabric is relaxed once;
+        others that differ from it in optics and colours alone share its heights while it lives. To
+        save them with the fabric, give them to it: ``replace(fabric, heights=fabric.relaxed())``.
 
-        Lengths in the result are in units of weave space, `unit_mm` millimetres each.
+        Parameters
+        ----------
+        progress
+            None: a bar where a person watches, after half a second; False: none; or a callable of
+            (done, total).
         """
-        from plycloth.relax import relax
-
-        unit = self.unit_mm
-        return relax(
-            self.pattern,
-            warp_radius=_each(self.warp_kinds, self.end_kind, "collision_radius") / unit,
-            weft_radius=_each(self.weft_kinds, self.pick_kind, "collision_radius") / unit,
-            warp_stiffness=_each(self.warp_kinds, self.end_kind, "stiffness"),
-            weft_stiffness=_each(self.weft_kinds, self.pick_kind, "stiffness"),
-            collision_stiffness=self.collision_stiffness,
-            warp_spacing=self.warp_spacing_mm / unit,
-            weft_spacing=self.weft_spacing_mm / unit,
-        )
+        if self.heights is not None:
+            return self.heights
+        cloth = relaxed_cloth(self, progress=progress)
+        energy, gradient_norm, iterations, warp, weft = cloth.heights()
+        spacing = self.end_spacing / self.unit_mm, self.pick_spacing / self.unit_mm
+        return Relaxed(energy, gradient_norm, iterations, *warp, *weft, *spacing)
 
     @property
     def warp_kinds(self) -> tuple[Yarn, ...]:
@@ -337,14 +355,6 @@ def _per_yarn(spacing: float | FloatArray, count: int) -> FloatArray:
     return np.broadcast_to(np.asarray(spacing, np.float64), (count,))
 
 
-def _each(
-    kinds: Sequence[Yarn], kind_of: NDArray[np.uint32], measure: str
-) -> np.float64 | FloatArray:
-    """Return a measure of the yarns: one number if they are alike, else one per thread."""
-    values = np.array([getattr(yarn, measure) for yarn in kinds])
-    return values[0] if len(kinds) == 1 else values[kind_of]
-
-
 def _check_count(name: str, values: object, yarns: str, count: int) -> None:
     if isinstance(values, np.ndarray | tuple) and len(values) != count:
         what = "yarn" if isinstance(values, tuple) else "row"
@@ -352,6 +362,23 @@ def _check_count(name: str, values: object, yarns: str, count: int) -> None:
             f"Fabric.{name} must have one {what} for each of the pattern's {count} {yarns},"
             f" not {len(values)}"
         )
+
+
+def _check_heights(heights: Relaxed | None, pattern: WeavePattern) -> None:
+    if heights is None:
+        return
+    ends, picks = pattern.ends, pattern.picks
+    for name, yarns, knots in (
+        ("warp_height", ends, 2 * picks),
+        ("warp_slope", ends, 2 * picks),
+        ("weft_height", picks, 2 * ends),
+        ("weft_slope", picks, 2 * ends),
+    ):
+        if (shape := getattr(heights, name).shape) != (yarns, knots):
+            raise ParameterError(
+                f"Fabric.heights.{name} must be {yarns} x {knots} for a pattern of {picks} picks x"
+                f" {ends} ends, not {shape[0]} x {shape[1]}"
+            )
 
 
 def _check_yarns(

@@ -49,6 +49,7 @@ from plycloth.lens import Lens
 from plycloth.pool import Linear, Pool, nearby, pool
 from plycloth.progress import Progress, reporting
 from plycloth.scene import Scene
+from plycloth.shared_cloth import compiled_scene
 from plycloth.unknowns import (
     FALLOFFS,
     LensUnknown,
@@ -257,7 +258,7 @@ class _Problem:
         bsdfs = self.space.decode(u).bsdfs
         tapes = []
         for picture, (scene, target) in enumerate(zip(self.scenes, self.targets, strict=True)):
-            compiled = _plycloth.CompiledScene(scene.with_bsdfs(*bsdfs), self.threads)
+            compiled = compiled_scene(scene, self.threads, bsdfs=bsdfs)
             rows, columns = target.shape[:2]
             first, second = (
                 _plycloth.CompiledTape(

@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from plycloth import _plycloth
 from plycloth.bsdf import PlyBsdf
 from plycloth.fabric import Fabric
 from plycloth.image import Image
 from plycloth.lens import Lens
 from plycloth.scene import Scene
+from plycloth.shared_cloth import compiled_scene
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -214,7 +214,7 @@ class FitResult:
         The yarns of the scene get the fitted BSDFs; exposure and falloff are those fitted for the
         given picture.
         """
-        compiled = _plycloth.CompiledScene(scene.with_bsdfs(*self.bsdfs), threads)
+        compiled = compiled_scene(scene, threads, bsdfs=self.bsdfs)
         values = compiled.cell_averages((cells, cells), paths, seed, max_depth, threads)
         return values * self.lenses[picture].gain((cells, cells))[0]
 

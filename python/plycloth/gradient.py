@@ -11,6 +11,7 @@ from plycloth import _plycloth
 from plycloth._check import integer, optional, vector
 from plycloth.fit_input import start_bsdfs
 from plycloth.scene import Scene
+from plycloth.shared_cloth import compiled_scene
 from plycloth.unknowns import NAMES, SETS, columns_of, name_list, split_name
 
 Array = NDArray[np.float64]
@@ -82,7 +83,7 @@ def value_and_gradient(
     workers = _threads("threads", threads)
     count, number = _paths("paths", paths), _seed("seed", seed)
     depth = _depth("max_depth", max_depth)
-    compiled = _plycloth.CompiledScene(scene, workers)
+    compiled = compiled_scene(scene, workers)
     tape = _plycloth.CompiledTape(compiled, (columns, rows), count, number, depth, workers)
     values, jacobian = tape.evaluate(bsdfs, workers)
     return values, {

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from plycloth.bsdf import PlyBsdf
 from plycloth.fabric import Fabric
+from plycloth.shared_cloth import relaxed_cloth
 from plycloth.weave import WeavePattern
 from plycloth.yarn import FlatYarn, RoundYarn, Yarn
 from plycloth.yarn_set import with_each
@@ -75,6 +76,8 @@ class Geometry:
     def fabric(self, bsdfs: tuple[PlyBsdf, PlyBsdf]) -> Fabric:
         """Return the fabric with BSDFs for warp and weft."""
         shape = self._shape
+        # Relaxed here, it stays so for all fabrics of this geometry.
+        relaxed_cloth(shape, progress=False)
         return replace(
             shape,
             warp=with_each(shape.warp, lambda yarn: replace(yarn, bsdf=bsdfs[0])),

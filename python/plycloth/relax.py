@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import io
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
@@ -68,6 +68,19 @@ class Relaxed(Description):
     weft_slope: Annotated[FloatArray, _curves]
     warp_spacing: Annotated[FloatArray, _spacings]
     weft_spacing: Annotated[FloatArray, _spacings]
+
+    def turned_over(self) -> Relaxed:
+        """Return the heights of the cloth turned about the warp direction."""
+        # The weft is seen from its other end: knot k is then knot -k.
+        knots = -np.arange(self.weft_height.shape[1])
+        return replace(
+            self,
+            warp_height=-self.warp_height[::-1],
+            warp_slope=-self.warp_slope[::-1],
+            weft_height=-self.weft_height[:, knots],
+            weft_slope=self.weft_slope[:, knots],
+            warp_spacing=self.warp_spacing[::-1],
+        )
 
     def plot(self, *, ends: int = 4) -> Figure:
         """Draw the first ends from the side, and the picks that they cross as dots.

@@ -9,8 +9,9 @@ from plycloth import _plycloth
 from plycloth._check import ParameterError, instance, integer, optional
 from plycloth.image import Image
 from plycloth.overlap import WORTH_A_WARNING, OverlapWarning
-from plycloth.progress import Progress, relaxing, reporting
+from plycloth.progress import Progress, reporting
 from plycloth.scene import Scene
+from plycloth.shared_cloth import compiled_scene
 
 MAX_SEED = 2**64 - 1
 MAX_COUNT = 2**32 - 1
@@ -96,8 +97,7 @@ class Renderer:
         self._warn_of_overlaps()
 
     def _compile(self, progress: Progress = None) -> None:
-        with relaxing(progress) as report:
-            self._compiled = _plycloth.CompiledScene(self.scene, self._threads, report)
+        self._compiled = compiled_scene(self.scene, self._threads, progress=progress)
         self._film = _plycloth.CompiledFilm(
             self._compiled, self.seed, self.max_depth, self.both_sides
         )
@@ -113,8 +113,7 @@ class Renderer:
         self._film.restore(*film)
 
     def _warn_of_overlaps(self) -> None:
-        depth_mm = self._compiled.overlaps(self._threads)
-        overlaps = self.scene.swatch.fabric.overlaps_of(depth_mm)
+        overlaps = self.scene.swatch.fabric.overlaps(threads=self._threads)
         if overlaps.worst > WORTH_A_WARNING:
             message = f"{overlaps}; fabric.fitted() has yarns that do not"
             warnings.warn(OverlapWarning(message), stacklevel=3)

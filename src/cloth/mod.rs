@@ -8,6 +8,7 @@ pub mod fitting;
 pub mod grid;
 pub mod inside;
 mod layout;
+pub mod relaxed_cloth;
 pub mod spec;
 pub mod swatch;
 pub mod twist;

@@ -2,7 +2,7 @@
 
 use pyo3::prelude::*;
 
-mod clearance;
+mod cloth;
 mod describe;
 mod gate;
 mod image;
@@ -16,7 +16,7 @@ mod _plycloth {
     use super::*;
 
     #[pymodule_export]
-    use super::clearance::{fitted, overlaps};
+    use super::cloth::{CompiledCloth, cloth_digest, fitted};
     #[pymodule_export]
     use super::gate::ConvergenceError;
     #[pymodule_export]

@@ -1,16 +1,12 @@
 //! Scenes, pictures and recorded paths.
 
-use std::sync::Arc;
-
 use numpy::ndarray::Array3;
-use numpy::{IntoPyArray, PyArray1, PyArray2, PyArray3, PyReadonlyArray1};
+use numpy::{IntoPyArray, PyArray1, PyArray3, PyReadonlyArray1};
 use pyo3::prelude::*;
 
-use super::clearance;
+use super::cloth::CompiledCloth;
 use super::describe::{self, FabricDescription, PlyBsdfDescription};
 use super::gate;
-use crate::cloth::spec::ClothSpec;
-use crate::cloth::swatch::Swatch;
 use crate::error::Result;
 use crate::math::color::Rgb;
 use crate::math::rng::Sampler;
@@ -20,7 +16,6 @@ use crate::render::light::Lights;
 use crate::render::path::PathLimits;
 use crate::render::scene::Scene;
 use crate::render::tape::{Tape, parameter};
-use crate::weave::relax::{Relaxed, relax};
 
 /// Segments before Russian roulette sets in, as in Mitsuba.
 const ROULETTE_DEPTH: u32 = 5;
@@ -36,27 +31,23 @@ fn limits(max_depth: Option<u32>, both_sides: bool, lobe_floor: f64) -> PathLimi
 
 /// A scene, ready for rays.
 #[pyclass(frozen, module = "plycloth._plycloth")]
-pub struct CompiledScene {
-    scene: Scene,
-    /// What its swatch was made of, with picks counted from the bottom.
-    spec: ClothSpec,
-    relaxed: Arc<Relaxed>,
-}
+pub struct CompiledScene(Scene);
 
 #[pymethods]
 impl CompiledScene {
+    /// `cloth` is that of the scene's fabric.
     #[new]
-    #[pyo3(signature = (scene, threads=None, progress=None))]
+    #[pyo3(signature = (scene, cloth, threads=None))]
     fn new(
         scene: &Bound<'_, PyAny>,
+        cloth: &CompiledCloth,
         threads: Option<usize>,
-        progress: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         let swatch = scene.getattr("swatch")?;
         let size: [f64; 2] = swatch.getattr("extent_mm")?.extract()?;
         let fabric_object = swatch.getattr("fabric")?;
         let fabric: FabricDescription<'_> = fabric_object.extract()?;
-        let (spec, palette) = (fabric.cloth()?, fabric.palette());
+        let palette = fabric.palette();
         let camera = describe::camera("Scene.camera", &scene.getattr("camera")?)?;
         let lights = scene.getattr("lights")?;
         let light = |(number, light): (usize, PyResult<Bound<'_, PyAny>>)| {
@@ -64,25 +55,10 @@ impl CompiledScene {
         };
         let lights = lights.try_iter()?.enumerate().map(light).collect::<PyResult<_>>()?;
         let background = describe::background(scene)?;
-        let py = scene.py();
-        let spec = spec.bottom_up();
-        let (relaxed, swatch, materials) = gate::run(py, threads, progress, |control| {
-            let relaxed = Arc::new(relax(&spec.relax_problem(), control)?);
-            let swatch = Swatch::of(&spec, relaxed.clone(), size)?;
-            Ok((relaxed, swatch, palette.materials(control)?))
+        let (swatch, materials) = gate::run(scene.py(), threads, None, |control| {
+            Ok((cloth.0.swatch(size)?, palette.materials(control)?))
         })?;
-        let scene = Scene { swatch, materials, camera, lights: Lights::new(lights), background };
-        Ok(Self { scene, spec, relaxed })
-    }
-
-    /// How deep yarns overlap at each crossing: picks x ends, in millimetres.
-    #[pyo3(signature = (threads=None))]
-    fn overlaps<'py>(
-        &self,
-        py: Python<'py>,
-        threads: Option<usize>,
-    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        clearance::depths(py, threads, &self.spec, |_| Ok(&*self.relaxed))
+        Ok(Self(Scene { swatch, materials, camera, lights: Lights::new(lights), background }))
     }
 
     /// Averages of the cells of a grid (columns, rows) over the picture: rows x columns x 3.
@@ -98,8 +74,7 @@ impl CompiledScene {
     ) -> PyResult<Bound<'py, PyArray3<f64>>> {
         let cells =
             Cells { grid, paths, seed, limits: limits(max_depth, true, LOBE_FLOOR) }.checked()?;
-        let averages =
-            gate::run(py, threads, None, |control| cells.averages(&self.scene, control))?;
+        let averages = gate::run(py, threads, None, |control| cells.averages(&self.0, control))?;
         let values = averages.iter().flat_map(Rgb::to_array).collect();
         let array = Array3::from_shape_vec((grid[1], grid[0], 3), values);
         Ok(array.expect("there is an average for each cell").into_pyarray(py))
@@ -126,8 +101,8 @@ impl CompiledFilm {
         max_depth: Option<u32>,
         both_sides: bool,
     ) -> Result<Self> {
-        let film = Film::new(&scene.scene, seed, limits(max_depth, both_sides, 0.0))?;
-        Ok(Self { film, resolution: scene.scene.camera.resolution })
+        let film = Film::new(&scene.0, seed, limits(max_depth, both_sides, 0.0))?;
+        Ok(Self { film, resolution: scene.0.camera.resolution })
     }
 
     #[pyo3(signature = (scene, spp, threads=None, progress=None))]
@@ -139,7 +114,7 @@ impl CompiledFilm {
         threads: Option<usize>,
         progress: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<()> {
-        gate::run(py, threads, progress, |control| self.film.run(&scene.scene, spp, control))
+        gate::run(py, threads, progress, |control| self.film.run(&scene.0, spp, control))
     }
 
     /// The means of the samples and the variances of these means, H x W x 3 each.
@@ -213,7 +188,7 @@ impl CompiledTape {
     ) -> PyResult<Self> {
         let cells = Cells { grid, paths, seed, limits: limits(max_depth, true, LOBE_FLOOR) };
         let tape =
-            gate::run(py, threads, progress, |control| Tape::record(&scene.scene, cells, control))?;
+            gate::run(py, threads, progress, |control| Tape::record(&scene.0, cells, control))?;
         Ok(Self(tape))
     }
 

@@ -5,6 +5,7 @@ use numpy::{IntoPyArray, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 
 use super::gate;
+use crate::cloth::relaxed_cloth::Curves;
 use crate::weave::curve::HeightCurves;
 use crate::weave::pattern::WeavePattern;
 use crate::weave::problem::{RelaxProblem, YarnData};
@@ -15,7 +16,7 @@ type YarnArrays<'py> =
     (PyReadonlyArray1<'py, f64>, PyReadonlyArray1<'py, f64>, PyReadonlyArray1<'py, f64>);
 
 /// Heights and slopes, yarns x knots.
-type CurveArrays<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>);
+pub type CurveArrays<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>);
 
 /// Relaxes one cell, which is 100 units of progress: (energy, gradient norm, iterations, warp curves, weft curves).
 #[pyfunction]
@@ -37,7 +38,11 @@ pub fn relax<'py>(
         collision_stiffness,
     };
     let relaxed = gate::run(py, None, progress, |control| relax_cell(&problem, control))?;
-    let (warp, weft) = (curve_arrays(py, relaxed.warp), curve_arrays(py, relaxed.weft));
+    let arrays = |curves: HeightCurves| {
+        let shape = [curves.len(), curves.knots.len()];
+        curve_arrays(py, [curves.height, curves.slope], shape)
+    };
+    let (warp, weft) = (arrays(relaxed.warp), arrays(relaxed.weft));
     Ok((relaxed.energy, relaxed.gradient_norm, relaxed.iterations, warp, weft))
 }
 
@@ -46,11 +51,11 @@ fn yarn_set((radius, stiffness, spacing): YarnArrays<'_>) -> YarnData {
     YarnData { radius: values(radius), stiffness: values(stiffness), spacing: values(spacing) }
 }
 
-fn curve_arrays(py: Python<'_>, curves: HeightCurves) -> CurveArrays<'_> {
-    let shape = (curves.len(), curves.knots.len());
+/// Heights and slopes as arrays of yarns x knots.
+pub fn curve_arrays(py: Python<'_>, [height, slope]: Curves, shape: [usize; 2]) -> CurveArrays<'_> {
     let array = |values| {
         let array = Array2::from_shape_vec(shape, values);
         array.expect("one value for each yarn and knot").into_pyarray(py)
     };
-    (array(curves.height), array(curves.slope))
+    (array(height), array(slope))
 }

@@ -1,0 +1,140 @@
+//! A cloth whose yarns have found their heights: the part of a scene's start that takes long, and that
+//! scenes with other optics, lights, cameras or sizes share.
+
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::sync::Arc;
+
+use super::spec::{ClothSpec, YarnShape, YarnSpec};
+use super::swatch::Swatch;
+use crate::control::Control;
+use crate::error::{Error, Result};
+use crate::weave::curve::HeightCurves;
+use crate::weave::relax::{Relaxed, relax};
+
+/// A cloth and its heights.
+#[derive(Debug)]
+pub struct RelaxedCloth {
+    /// The cloth, with its picks counted from the bottom.
+    pub spec: ClothSpec,
+    /// The heights, in the same order and in units of [`ClothSpec::unit`].
+    pub relaxed: Arc<Relaxed>,
+}
+
+/// Heights and slopes at the knots of all yarns of a direction, yarn by yarn.
+pub type Curves = [Vec<f64>; 2];
+
+impl RelaxedCloth {
+    /// Relaxes a cloth whose picks are counted from the top.
+    pub fn new(spec: &ClothSpec, control: &Control) -> Result<Self> {
+        let spec = spec.bottom_up();
+        let relaxed = Arc::new(relax(&spec.relax_problem(), control)?);
+        Ok(Self { spec, relaxed })
+    }
+
+    /// Such a cloth with heights that are known, in its own order and in units of [`ClothSpec::unit`].
+    pub fn with_heights(spec: &ClothSpec, [warp, weft]: [Curves; 2]) -> Result<Self> {
+        let spec = spec.bottom_up();
+        let problem = spec.relax_problem();
+        let (slots, picks) = ([&problem.warp.spacing, &problem.weft.spacing], spec.pattern.picks);
+        let warp = curves("warp", warp, slots[0].len(), slots[1])?;
+        let weft = curves("weft", weft, slots[1].len(), slots[0])?;
+        let relaxed = Relaxed {
+            energy: 0.0,
+            gradient_norm: 0.0,
+            iterations: 0,
+            warp: HeightCurves {
+                height: turned_round(&warp.height, 2 * picks, 1.0),
+                slope: turned_round(&warp.slope, 2 * picks, -1.0),
+                ..warp
+            },
+            weft: HeightCurves {
+                height: rows_reversed(&weft.height, picks),
+                slope: rows_reversed(&weft.slope, picks),
+                ..weft
+            },
+        };
+        Ok(Self { spec, relaxed: Arc::new(relaxed) })
+    }
+
+    /// The heights of warp and weft with picks counted from the top, as a pattern has them.
+    pub fn heights(&self) -> [Curves; 2] {
+        let (Relaxed { warp, weft, .. }, picks) = (&*self.relaxed, self.spec.pattern.picks);
+        [
+            [
+                turned_round(&warp.height, 2 * picks, 1.0),
+                turned_round(&warp.slope, 2 * picks, -1.0),
+            ],
+            [rows_reversed(&weft.height, picks), rows_reversed(&weft.slope, picks)],
+        ]
+    }
+
+    /// A piece of it, `size` millimetres wide and high.
+    pub fn swatch(&self, size: [f64; 2]) -> Result<Swatch> {
+        Swatch::of(&self.spec, self.relaxed.clone(), size)
+    }
+}
+
+/// Curves with these heights and slopes, of so many yarns that cross others in `slots`.
+fn curves(
+    name: &str,
+    [height, slope]: Curves,
+    yarns: usize,
+    slots: &[f64],
+) -> Result<HeightCurves> {
+    let expected = 2 * yarns * slots.len();
+    if let Some(given) = [&height, &slope].into_iter().find(|values| values.len() != expected) {
+        let problem =
+            format!("has {} heights, but the cloth has {yarns} x {}", given.len(), 2 * slots.len());
+        return Err(Error::invalid(format!("heights.{name}"), problem));
+    }
+    Ok(HeightCurves { height, slope, ..HeightCurves::flat(0, slots) })
+}
+
+/// Values at `knots` places of each of some yarns that are seen from their other end.
+fn turned_round(values: &[f64], knots: usize, sign: f64) -> Vec<f64> {
+    let turned = |yarn: &[f64]| (0..knots).map(|k| sign * yarn[(knots - k) % knots]).collect();
+    values.chunks_exact(knots).flat_map(|yarn| -> Vec<f64> { turned(yarn) }).collect()
+}
+
+/// The values of yarns that are counted from the other side.
+fn rows_reversed(values: &[f64], rows: usize) -> Vec<f64> {
+    values.chunks_exact(values.len() / rows).rev().flatten().copied().collect()
+}
+
+impl ClothSpec {
+    /// 128 bits that stand for the cloth: two that differ are not likely to share them.
+    pub fn digest(&self) -> u128 {
+        let [high, low] = [0u8, 1].map(|half| {
+            let mut hasher = DefaultHasher::new();
+            half.hash(&mut hasher);
+            (self.pattern.ends, &self.pattern.warp_up).hash(&mut hasher);
+            self.collision_stiffness.to_bits().hash(&mut hasher);
+            for yarns in [&self.warp, &self.weft] {
+                hash_yarns(yarns, &mut hasher);
+            }
+            u128::from(hasher.finish())
+        });
+        high << 64 | low
+    }
+}
+
+fn hash_yarns(yarns: &YarnSpec, hasher: &mut DefaultHasher) {
+    yarns.kind_of.hash(hasher);
+    for spacing in &yarns.spacing {
+        spacing.to_bits().hash(hasher);
+    }
+    for kind in &yarns.kinds {
+        kind.stiffness.to_bits().hash(hasher);
+        hash_shape(&kind.shape, hasher);
+    }
+}
+
+fn hash_shape(shape: &YarnShape, hasher: &mut DefaultHasher) {
+    let bits = |values: &[f64]| values.iter().map(|value| value.to_bits()).collect::<Vec<_>>();
+    match *shape {
+        YarnShape::Round { radius, thickness, collision, plies, ply_radius, pitch } => {
+            (plies, bits(&[radius, thickness, collision, ply_radius, pitch])).hash(hasher);
+        }
+        YarnShape::Flat { width, thickness } => (0_usize, bits(&[width, thickness])).hash(hasher),
+    }
+}
