@@ -18,6 +18,7 @@ mod contact;
 mod cyclic;
 mod field;
 mod float;
+mod lanes;
 mod line_search;
 mod minimum;
 mod newton_system;
