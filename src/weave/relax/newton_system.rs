@@ -38,6 +38,8 @@ pub(super) struct Step {
     pub change: Field,
     /// The energy's slope along the change, with its sign turned.
     pub decrease: f64,
+    /// Iterations of conjugate gradients that it took.
+    pub iterations: u64,
 }
 
 impl NewtonSystem<'_> {
@@ -57,6 +59,7 @@ impl NewtonSystem<'_> {
     ) -> Result<Step> {
         let mut change = Field::zeros(right.warp.len());
         let mut decrease = 0.0;
+        let mut iterations = 0;
         let mut residual = right;
         // The image of the direction, and then the residual, preconditioned.
         let mut image = Field::zeros(residual.warp.len());
@@ -73,6 +76,7 @@ impl NewtonSystem<'_> {
             if curvature <= 0.0 {
                 break;
             }
+            iterations += 1;
             let step = square / curvature;
             change.add(step, &direction);
             // Directions conjugate to those before have the same product with all residuals.
@@ -83,7 +87,7 @@ impl NewtonSystem<'_> {
             direction.scale_and_add(next / square, &image);
             square = next;
         }
-        Ok(Step { change, decrease })
+        Ok(Step { change, decrease, iterations })
     }
 
     /// H times `change`.
