@@ -10,10 +10,10 @@
 //! cost nothing. A Newton step takes some solves of single yarns and Fourier transforms, each
 //! proportional to the crossings but for a logarithm. Where all interlaces evenly there are some 15
 //! steps whatever the size. Where floats as long as the pattern lie on each other, contacts open and
-//! close along them: collisions begin soft, so that most do at once (see `softening`), and the solves
-//! grow in number with about the square root of the length of the floats. Rows of floats that only a
-//! few yarns hold take far more solves for a step, for no wave of the mean yarns is their common
-//! motion.
+//! close along them. Collisions begin soft, so that many do at once (see `softening`); in a square of
+//! floats in a frame of plain weave the solves grow in number with about the square root of the
+//! length of the floats. Some weaves take far more: rows of floats that only a few yarns hold, and
+//! thin frames (`benches/relaxation.py` has them).
 
 mod common_mode;
 mod components;
