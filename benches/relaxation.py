@@ -44,11 +44,44 @@ def framed(size: int) -> Weave:
     return up
 
 
+def blocks(size: int) -> Weave:
+    """Return four blocks of warp and of weft floats, held at their edges."""
+    pick, end = np.ogrid[:size, :size]
+    plain = (pick + end) % 2 == 0
+    edge = (pick % (size // 2) < 2) | (end % (size // 2) < 2)
+    return np.where(edge, plain, (pick < size // 2) == (end < size // 2))
+
+
+def thin_frame(size: int) -> Weave:
+    """Return floats nearly as wide as all, in a frame of four yarns of plain weave."""
+    up = np.add.outer(np.arange(size), np.arange(size)) % 2 == 0
+    up[4:-4, 4:-4] = True
+    return up
+
+
+def held_rows(size: int) -> Weave:
+    """Return picks that float above all and below all by turns, held by two ends and picks."""
+    pick, end = np.ogrid[:size, :size]
+    plain = (pick + end) % 2 == 0
+    return np.where((pick < 2) | (end < 2), plain, pick % 2 == 0)
+
+
+def half(size: int) -> Weave:
+    """Return plain weave, of which one half is picks that float over 63 ends."""
+    pick, end = np.ogrid[:size, :size]
+    plain = (pick + end) % 2 == 0
+    return np.where(pick < size // 2, (pick % 2 == 0) | (end % 64 == 0), plain)
+
+
 WEAVES: dict[str, Callable[[int], Weave]] = {
     "corner": corner,
     "random": random,
     "sparse": sparse,
     "framed": framed,
+    "blocks": blocks,
+    "thin": thin_frame,
+    "half": half,
+    "rows": held_rows,
 }
 
 

@@ -30,6 +30,35 @@ impl Repulsion {
     }
 }
 
+/// How hard a crossing pushes its yarns apart (less the potential's slope), and how much harder if
+/// they come closer (its curvature); both with respect to the ratio u.
+#[derive(Clone, Copy)]
+pub(super) struct Push {
+    pub force: f64,
+    pub curvature: f64,
+}
+
+impl Push {
+    /// The push p of a contact that opens smoothly: p (p - q) is `softness`, where q is the push of
+    /// [`Repulsion`] below u = 1 and the same function, less than nil, beyond.
+    ///
+    /// The potential of p is convex and has all derivatives; at softness 0 it is Eq. 3's.
+    pub fn softened(ratio: f64, softness: f64) -> Self {
+        if softness == 0.0 {
+            let Repulsion { slope, curvature, .. } = Repulsion::at(ratio);
+            return Self { force: -slope, curvature };
+        }
+        let square = ratio * ratio;
+        let inverse = 1.0 / square;
+        let hard = 4.0 * (inverse - square) * (inverse + square) / ratio;
+        let root = (hard * hard + 4.0 * softness).sqrt();
+        // The form without cancellation.
+        let force = if hard > 0.0 { (hard + root) / 2.0 } else { 2.0 * softness / (root - hard) };
+        let stiffness = 20.0 * inverse * inverse * inverse + 12.0 * square;
+        Self { force, curvature: stiffness * force / root }
+    }
+}
+
 /// Energy of one cell, Eq. 4, and how far from a minimum it is.
 pub struct Energy {
     /// E of Eq. 4.
@@ -265,6 +294,26 @@ mod tests {
         let last = Repulsion::at(1.0 - 1e-9);
         assert!(last.value < 1e-15 && last.slope.abs() < 1e-7);
         assert_eq!(Repulsion::at(1.0).value, 0.0);
+    }
+
+    #[test]
+    fn soft_pushes_keep_their_equation_and_harden_to_the_printed_potential() {
+        for ratio in [0.3, 0.9, 1.0, 1.1, 3.0] {
+            let hard = -4.0 * (f64::powi(ratio, 3) - f64::powi(ratio, -5));
+            for softness in [1e-6, 1e-2, 10.0] {
+                let push = Push::softened(ratio, softness);
+                let product = push.force * (push.force - hard);
+                assert!(push.force > 0.0 && (product / softness - 1.0).abs() < 1e-4);
+                let step = 1e-6 * ratio;
+                let [less, more] =
+                    [ratio - step, ratio + step].map(|ratio| Push::softened(ratio, softness).force);
+                let curvature = (less - more) / (2.0 * step);
+                assert!((push.curvature / curvature - 1.0).abs() < 1e-5, "{ratio} {softness}");
+            }
+            let [softest, none] = [1e-20, 0.0].map(|softness| Push::softened(ratio, softness));
+            assert!((softest.force - none.force).abs() < 1e-9);
+            assert_eq!(none.force, -Repulsion::at(ratio).slope);
+        }
     }
 
     #[test]

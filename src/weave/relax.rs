@@ -7,10 +7,13 @@
 //! crossings follow from these heights (see `strain`). Then the layers are laid onto each other.
 //!
 //! The size of the problem is that of the crossings within layers: floats over yarns of other layers
-//! cost nothing. A Newton step takes 2 to 30 solves of single yarns and Fourier transforms, each
-//! proportional to the crossings but for a logarithm. Where all interlaces evenly there are some 10
-//! steps whatever the size; where floats as long as the pattern lie on each other, their number grows
-//! with about the square root of the length of the floats, since contacts open and close along them.
+//! cost nothing. A Newton step takes some solves of single yarns and Fourier transforms, each
+//! proportional to the crossings but for a logarithm. Where all interlaces evenly there are some 15
+//! steps whatever the size. Where floats as long as the pattern lie on each other, contacts open and
+//! close along them. Collisions begin soft, so that many do at once (see `softening`); in a square of
+//! floats in a frame of plain weave the solves grow in number with about the square root of the
+//! length of the floats. Some weaves take far more: rows of floats that only a few yarns hold, and
+//! thin frames (`benches/relaxation.py` has them).
 
 mod common_mode;
 mod components;
@@ -18,9 +21,11 @@ mod contact;
 mod cyclic;
 mod field;
 mod float;
+mod lanes;
 mod line_search;
 mod minimum;
 mod newton_system;
+mod softening;
 mod stack;
 mod strain;
 mod transpose;
@@ -53,6 +58,8 @@ pub struct Relaxed {
     pub gradient_norm: f64,
     /// Newton steps taken, over all layers.
     pub iterations: u64,
+    /// Iterations of conjugate gradients within them, over all layers.
+    pub linear_iterations: u64,
     /// The warp yarns; knot 2j + 1 is the crossing with pick j.
     pub warp: HeightCurves,
     /// The weft yarns; knot 2i + 1 is the crossing with end i.
@@ -110,7 +117,7 @@ fn relax_layers(
     let layers = layers(&problem.pattern);
     let mut warp = None;
     let mut weft = None;
-    let mut iterations = 0;
+    let (mut iterations, mut linear_iterations) = (0, 0);
     let mut converged = true;
     let mut progress = Progress::new(&layers, control);
     for layer in layers.iter().filter(|layer| layer.interlaces()) {
@@ -120,6 +127,7 @@ fn relax_layers(
         let minimum = relaxation.run(problem.collision_stiffness, start, control, watch)?;
         progress.complete(layer);
         iterations += minimum.iterations;
+        linear_iterations += minimum.linear_iterations;
         converged &= minimum.found;
         let Field { warp: ends, weft: picks } = minimum.heights;
         let warp = warp.get_or_insert_with(|| flat_warp(problem));
@@ -136,7 +144,7 @@ fn relax_layers(
     if !converged {
         return Err(Error::NotConverged { iterations, gradient_norm });
     }
-    Ok(Relaxed { energy: value, gradient_norm, iterations, warp, weft })
+    Ok(Relaxed { energy: value, gradient_norm, iterations, linear_iterations, warp, weft })
 }
 
 /// How much of all layers is done, counted by their crossings.

@@ -1,11 +1,11 @@
 //! The collisions of a layer's crossings: how close the yarns are, the forces, and the forces'
-//! derivatives.
+//! derivatives, all of them softened by the given softness (see `softening`).
 
 use rayon::prelude::*;
 
 use super::components::Layer;
 use super::field::{Field, yarns_per_task};
-use crate::weave::energy::Repulsion;
+use crate::weave::energy::{Push, Repulsion};
 use crate::weave::problem::RelaxProblem;
 
 /// Collision energy as a function of the ratios u of Eq. 3, one per crossing, picks x ends.
@@ -68,20 +68,31 @@ impl Contacts {
         self.stiffness * sums.iter().sum::<f64>()
     }
 
+    /// The mean square of the pushes, in units of the collision stiffness.
+    pub fn mean_square_push(&self, ratios: &[f64]) -> f64 {
+        let sums: Vec<f64> = ratios
+            .par_chunks(self.ends)
+            .with_min_len(yarns_per_task(self.ends))
+            .map(|ratios| ratios.iter().map(|&ratio| Repulsion::at(ratio).slope.powi(2)).sum())
+            .collect();
+        sums.iter().sum::<f64>() / ratios.len() as f64
+    }
+
     /// Turns ratios into the energy's derivatives with respect to the height of warp over weft.
-    pub fn forces(&self, mut ratios: Vec<f64>) -> Vec<f64> {
+    pub fn forces(&self, mut ratios: Vec<f64>, softness: f64) -> Vec<f64> {
         let stiffness = self.stiffness;
         self.update(&mut ratios, |ratio, distance| {
-            stiffness * Repulsion::at(ratio).slope / distance
+            -stiffness * Push::softened(ratio, softness).force / distance
         });
         ratios
     }
 
     /// The second derivative of Eq. 3's potential with respect to the ratio, at each crossing. Rounded
     /// to single precision, it changes a step by so little that the next makes good for it.
-    pub fn curvatures(&self, ratios: &[f64]) -> Vec<f32> {
+    pub fn curvatures(&self, ratios: &[f64], softness: f64) -> Vec<f32> {
         let mut curvatures = vec![0.0; ratios.len()];
-        let curvature = |ratio| Repulsion::at(ratio).curvature.min(f64::from(f32::MAX)) as f32;
+        let curvature =
+            |ratio| Push::softened(ratio, softness).curvature.min(f64::from(f32::MAX)) as f32;
         curvatures
             .par_iter_mut()
             .zip(ratios)
@@ -113,13 +124,13 @@ impl Contacts {
     }
 
     /// First and second derivative of the energy of `ratios + step * changes` with respect to step.
-    pub fn along(&self, ratios: &[f64], changes: &[f64], step: f64) -> [f64; 2] {
+    pub fn along(&self, ratios: &[f64], changes: &[f64], softness: f64, step: f64) -> [f64; 2] {
         let row = |(ratios, changes): (&[f64], &[f64])| {
             let mut sums = [0.0; 2];
             for (&ratio, &change) in ratios.iter().zip(changes) {
-                let repulsion = Repulsion::at(ratio + step * change);
-                sums[0] += repulsion.slope * change;
-                sums[1] += repulsion.curvature * change * change;
+                let push = Push::softened(ratio + step * change, softness);
+                sums[0] -= push.force * change;
+                sums[1] += push.curvature * change * change;
             }
             sums
         };

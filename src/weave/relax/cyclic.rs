@@ -1,76 +1,86 @@
 //! Cyclic symmetric tridiagonal systems, as chains that close on themselves give them.
 
-/// The LDL^T factors of a cyclic tridiagonal matrix: the chain of all unknowns but the last, and the
-/// last one as a border that the chain's two ends couple to.
-#[derive(Default)]
-pub(super) struct CyclicTridiagonal {
-    rows: Vec<Row>,
-    last: f64,
+use super::lanes::{Lanes, lanes};
+
+/// The LDL^T factors of M cyclic tridiagonal matrices side by side: the chain of all unknowns but the
+/// last, and the last one as a border that the chain's two ends couple to.
+pub(super) struct CyclicTridiagonal<const M: usize> {
+    rows: Vec<Row<M>>,
+    inverse_last: Lanes<M>,
 }
 
 /// One eliminated unknown.
-struct Row {
-    inverse_pivot: f64,
+struct Row<const M: usize> {
+    inverse_pivot: Lanes<M>,
     /// Entry of L below the pivot, in the row of the next unknown of the chain.
-    next: f64,
+    next: Lanes<M>,
     /// Entry of L in the border's row.
-    border: f64,
+    border: Lanes<M>,
 }
 
-impl CyclicTridiagonal {
-    /// Factors the positive definite matrix with this diagonal, and with `coupling[j]` between
+impl<const M: usize> CyclicTridiagonal<M> {
+    /// Room for matrices of `count` unknowns.
+    pub fn with_room(count: usize) -> Self {
+        Self { rows: Vec::with_capacity(count - 1), inverse_last: [0.0; M] }
+    }
+
+    /// Factors the positive definite matrix with this diagonal, and with `coupling(j)` between
     /// unknowns j and j + 1, the last coupling back to the first.
     ///
     /// One unknown couples to itself (twice on the diagonal), two couple twice to each other.
-    pub fn factor(diagonal: &[f64], coupling: &[f64]) -> Self {
-        let mut factors = Self::default();
-        factors.refactor(diagonal, coupling);
-        factors
-    }
-
-    /// Factors another matrix in the room of this one.
-    pub fn refactor(&mut self, diagonal: &[f64], coupling: &[f64]) {
+    pub fn factor(&mut self, diagonal: &[Lanes<M>], coupling: impl Fn(usize) -> Lanes<M>) {
+        self.rows.clear();
         let chain = diagonal.len() - 1;
         let mut last = diagonal[chain];
-        self.rows.clear();
+        let mut border = coupling(chain);
         if chain == 0 {
-            self.last = 1.0 / (last + 2.0 * coupling[0]);
+            self.inverse_last = lanes(|lane| 1.0 / (last[lane] + 2.0 * border[lane]));
             return;
         }
         let mut pivot = diagonal[0];
-        let mut border = coupling[chain];
         for index in 0..chain {
-            let inverse_pivot = 1.0 / pivot;
             let at_the_end = index + 1 == chain;
-            let below = if at_the_end { 0.0 } else { coupling[index] };
+            let coupled = coupling(index);
             if at_the_end {
-                border += coupling[index];
+                border = lanes(|lane| border[lane] + coupled[lane]);
             }
-            let row =
-                Row { inverse_pivot, next: below * inverse_pivot, border: border * inverse_pivot };
-            last -= row.border * border;
-            pivot = diagonal[index + 1] - row.next * below;
-            border *= -row.next;
+            let below = if at_the_end { [0.0; M] } else { coupled };
+            let inverse_pivot: Lanes<M> = lanes(|lane| 1.0 / pivot[lane]);
+            let row = Row {
+                inverse_pivot,
+                next: lanes(|lane| below[lane] * inverse_pivot[lane]),
+                border: lanes(|lane| border[lane] * inverse_pivot[lane]),
+            };
+            last = lanes(|lane| last[lane] - row.border[lane] * border[lane]);
+            pivot = lanes(|lane| diagonal[index + 1][lane] - row.next[lane] * below[lane]);
+            border = lanes(|lane| -border[lane] * row.next[lane]);
             self.rows.push(row);
         }
-        self.last = 1.0 / last;
+        self.inverse_last = lanes(|lane| 1.0 / last[lane]);
     }
 
-    /// Turns the right-hand side into the solution.
-    pub fn solve(&self, values: &mut [f64]) {
+    /// Turns N right-hand sides into their solutions, each by the matrix of its lane, or all by the
+    /// only one.
+    pub fn solve<const N: usize>(&self, values: &mut [Lanes<N>]) {
+        const { assert!(M == 1 || M == N) };
         let chain = self.rows.len();
         let mut border = values[chain];
-        let mut carried = 0.0;
+        let mut carried = [0.0; N];
         for (row, value) in self.rows.iter().zip(values.iter_mut()) {
-            *value -= carried;
-            carried = row.next * *value;
-            border -= row.border * *value;
+            *value = lanes(|lane| value[lane] - carried[lane]);
+            carried = lanes(|lane| row.next[lane % M] * value[lane]);
+            border = lanes(|lane| border[lane] - row.border[lane % M] * value[lane]);
         }
-        let last = border * self.last;
+        let last: Lanes<N> = lanes(|lane| border[lane] * self.inverse_last[lane % M]);
         values[chain] = last;
-        let mut next = 0.0;
+        let mut next = [0.0; N];
         for (row, value) in self.rows.iter().zip(values.iter_mut()).rev() {
-            next = *value * row.inverse_pivot - row.next * next - row.border * last;
+            next = lanes(|lane| {
+                let m = lane % M;
+                value[lane] * row.inverse_pivot[m]
+                    - row.next[m] * next[lane]
+                    - row.border[m] * last[lane]
+            });
             *value = next;
         }
     }
@@ -80,25 +90,57 @@ impl CyclicTridiagonal {
 mod tests {
     use super::*;
 
-    #[test]
-    fn solves_what_the_matrix_makes() {
-        for count in [1_usize, 2, 3, 4, 7, 50] {
-            let wave = |phase: f64| -> Vec<f64> {
-                (0..count).map(|index| (1.7 * index as f64 + phase).sin()).collect()
-            };
-            let (coupling, expected) = (wave(0.3), wave(2.0));
-            let diagonal: Vec<f64> = wave(1.0).iter().map(|value| value + 3.5).collect();
-            let mut values = vec![0.0; count];
+    fn wave(count: usize, phase: f64) -> Vec<Lanes<3>> {
+        let value = |index: usize, lane: usize| (1.7 * index as f64 + phase + lane as f64).sin();
+        (0..count).map(|index| lanes(|lane| value(index, lane))).collect()
+    }
+
+    /// What the matrices of this diagonal and coupling make of `vectors`.
+    fn product(
+        diagonal: &[Lanes<3>],
+        coupling: &[Lanes<3>],
+        vectors: &[Lanes<3>],
+        matrix: impl Fn(usize) -> usize,
+    ) -> Vec<Lanes<3>> {
+        let count = vectors.len();
+        let mut values = vec![[0.0; 3]; count];
+        for lane in 0..3 {
+            let m = matrix(lane);
             for index in 0..count {
                 let next = (index + 1) % count;
-                values[index] += diagonal[index] * expected[index];
-                values[index] += coupling[index] * expected[next];
-                values[next] += coupling[index] * expected[index];
+                values[index][lane] += diagonal[index][m] * vectors[index][lane];
+                values[index][lane] += coupling[index][m] * vectors[next][lane];
+                values[next][lane] += coupling[index][m] * vectors[index][lane];
             }
-            CyclicTridiagonal::factor(&diagonal, &coupling).solve(&mut values);
-            for (value, expected) in values.iter().zip(&expected) {
-                assert!((value - expected).abs() < 1e-12, "{count}: {value} {expected}");
-            }
+        }
+        values
+    }
+
+    fn check(found: &[Lanes<3>], expected: &[Lanes<3>]) {
+        for (value, expected) in found.as_flattened().iter().zip(expected.as_flattened()) {
+            assert!((value - expected).abs() < 1e-12, "{}: {value} {expected}", found.len());
+        }
+    }
+
+    #[test]
+    fn solves_what_the_matrices_make() {
+        for count in [1_usize, 2, 3, 4, 7, 50] {
+            let (coupling, expected) = (wave(count, 0.3), wave(count, 2.0));
+            let diagonal: Vec<_> =
+                wave(count, 1.0).iter().map(|row| row.map(|v| v + 3.5)).collect();
+
+            let mut values = product(&diagonal, &coupling, &expected, |lane| lane);
+            let mut each = CyclicTridiagonal::with_room(count);
+            each.factor(&diagonal, |index| coupling[index]);
+            each.solve(&mut values);
+            check(&values, &expected);
+
+            let mut values = product(&diagonal, &coupling, &expected, |_| 1);
+            let only: Vec<_> = diagonal.iter().map(|row| [row[1]]).collect();
+            let mut one = CyclicTridiagonal::with_room(count);
+            one.factor(&only, |index| [coupling[index][1]]);
+            one.solve(&mut values);
+            check(&values, &expected);
         }
     }
 }

@@ -6,6 +6,7 @@ use super::contact::Contacts;
 use super::field::Field;
 use super::line_search;
 use super::newton_system::{NewtonSystem, Step};
+use super::softening::Softening;
 use super::strain::Strain;
 use crate::control::Control;
 use crate::error::Result;
@@ -17,6 +18,9 @@ pub(super) const ITERATIONS: u64 = 1000;
 /// contacts still open and close, an accurate step is wasted.
 const LOOSEST_STEP: f64 = 0.1;
 const FINEST_STEP: f64 = 1e-4;
+/// The residual in between, relative to how much less a step promised than the one before (S.
+/// Eisenstat and H. Walker 1996): contacts that still change show in steps that gain little.
+const STEP_PER_GAIN: f64 = 0.1;
 /// Decrease that the last step promised, relative to the energy.
 const ENERGY_TOLERANCE: f64 = 1e-16;
 /// What the linear solve may leave ungained of a negligible decrease.
@@ -38,6 +42,8 @@ pub(super) struct Minimum {
     pub heights: Field,
     /// Newton steps taken.
     pub iterations: u64,
+    /// Iterations of conjugate gradients, over all steps.
+    pub linear_iterations: u64,
     /// Whether it is one.
     pub found: bool,
 }
@@ -65,40 +71,66 @@ impl Relaxation {
         mut progress: impl FnMut(f64),
     ) -> Result<Minimum> {
         let floor = ENERGY_FLOOR * collision_stiffness * self.contacts.count() as f64;
-        let mut heights = heights.unwrap_or_else(|| self.start());
-        let mut tolerance = LOOSEST_STEP;
+        let (mut heights, mut softening) = match heights {
+            Some(heights) => (heights, Softening::none()),
+            None => self.start(),
+        };
+        let (mut tolerance, mut before) = (LOOSEST_STEP, 0.0);
+        let mut linear_iterations = 0;
         for iteration in 1..=ITERATIONS {
-            let (energy, descent, system) = self.at(&heights);
+            let softness = softening.softness();
+            let (energy, descent, system) = self.at(&heights, softness);
             let negligible = ENERGY_TOLERANCE * energy + floor;
-            let Step { change, decrease } =
+            let Step { change, decrease, iterations } =
                 system.solve(descent, tolerance, CG_MARGIN * negligible, control)?;
+            linear_iterations += iterations;
             if !decrease.is_finite() || !energy.is_finite() {
-                return Ok(Minimum { heights, iterations: iteration, found: false });
+                return Ok(Minimum {
+                    heights,
+                    iterations: iteration,
+                    linear_iterations,
+                    found: false,
+                });
             }
-            self.advance(&mut heights, &change, -decrease);
+            self.advance(&mut heights, &change, -decrease, softness);
             progress((decrease / energy).ln() / (negligible / energy).ln());
-            if decrease <= negligible {
-                return Ok(Minimum { heights, iterations: iteration, found: true });
+            let settled = decrease <= negligible;
+            if softness == 0.0 {
+                if settled {
+                    return Ok(Minimum {
+                        heights,
+                        iterations: iteration,
+                        linear_iterations,
+                        found: true,
+                    });
+                }
+                let accurate = STEP_PER_GAIN * decrease / before;
+                tolerance = accurate.clamp(FINEST_STEP, LOOSEST_STEP);
+            } else if settled {
+                softening.end();
+            } else {
+                softening.harden();
             }
-            tolerance = (decrease / energy).sqrt().clamp(FINEST_STEP, LOOSEST_STEP);
+            before = decrease;
         }
-        Ok(Minimum { heights, iterations: ITERATIONS, found: false })
+        Ok(Minimum { heights, iterations: ITERATIONS, linear_iterations, found: false })
     }
 
-    /// Touching yarns, scaled towards the plane to the least energy.
-    fn start(&self) -> Field {
+    /// Touching yarns, scaled towards the plane to the least energy, and how soft they begin.
+    fn start(&self) -> (Field, Softening) {
         let mut heights = self.contacts.touching();
         let mut flat = heights.clone();
         flat.scale(-1.0);
-        let (_, descent, _) = self.at(&heights);
+        let (_, descent, _) = self.at(&heights, 0.0);
         let slope = -descent.dot(&flat);
         drop(descent);
-        self.advance(&mut heights, &flat, slope);
-        heights
+        self.advance(&mut heights, &flat, slope, 0.0);
+        let pushes = self.contacts.mean_square_push(&self.contacts.ratios(&heights));
+        (heights, Softening::of(pushes))
     }
 
-    /// The energy, its negative gradient, and its second derivative.
-    fn at(&self, heights: &Field) -> (f64, Field, NewtonSystem<'_>) {
+    /// The energy, its negative gradient, and its second derivative; the two with soft collisions.
+    fn at(&self, heights: &Field, softness: f64) -> (f64, Field, NewtonSystem<'_>) {
         let ratios = self.contacts.ratios(heights);
         let mut forces = self.strain_forces(heights);
         let energy = heights.dot(&forces) / 2.0 + self.contacts.energy(&ratios);
@@ -107,9 +139,9 @@ impl Relaxation {
             weft_strain: &self.weft_strain,
             common_mode: &self.common_mode,
             contacts: &self.contacts,
-            curvatures: self.contacts.curvatures(&ratios),
+            curvatures: self.contacts.curvatures(&ratios, softness),
         };
-        let collisions = self.contacts.forces(ratios);
+        let collisions = self.contacts.forces(ratios, softness);
         forces.add_opposed(&collisions, self.contacts.picks, self.contacts.ends);
         forces.scale(-1.0);
         (energy, forces, system)
@@ -123,7 +155,7 @@ impl Relaxation {
     }
 
     /// Moves to the least energy along `direction`, along which it has this slope now.
-    fn advance(&self, heights: &mut Field, direction: &Field, slope: f64) {
+    fn advance(&self, heights: &mut Field, direction: &Field, slope: f64, softness: f64) {
         if slope >= 0.0 {
             return;
         }
@@ -135,7 +167,7 @@ impl Relaxation {
         drop(forces);
         let longest = Contacts::longest_step(&ratios, &changes);
         let step = line_search::search(slope, longest, |step| {
-            let [slope, curvature] = self.contacts.along(&ratios, &changes, step);
+            let [slope, curvature] = self.contacts.along(&ratios, &changes, softness, step);
             [slope + strain_slope + step * strain_curvature, curvature + strain_curvature]
         });
         heights.add(step, direction);

@@ -1,11 +1,14 @@
 //! One step of Newton's method: the energy's second derivative, and the linear solve with it.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 use super::common_mode::CommonMode;
 use super::contact::Contacts;
 use super::cyclic::CyclicTridiagonal;
 use super::field::{Field, yarns_per_task};
+use super::lanes::{LANES, Lanes, interleave, lanes, separate};
 use super::strain::Strain;
 use crate::control::Control;
 use crate::error::Result;
@@ -14,8 +17,6 @@ use crate::error::Result;
 /// it can also solve for a yarn that touches nothing.
 const REGULARISATION: f64 = 1e-8;
 const CG_ITERATIONS: usize = 2000;
-/// Warps that are solved for together: as many numbers as a cache line of curvatures holds.
-const WARPS_AT_ONCE: usize = 16;
 
 /// The second derivative H of the energy at some heights, and an approximate inverse.
 ///
@@ -37,6 +38,8 @@ pub(super) struct Step {
     pub change: Field,
     /// The energy's slope along the change, with its sign turned.
     pub decrease: f64,
+    /// Iterations of conjugate gradients that it took.
+    pub iterations: u64,
 }
 
 impl NewtonSystem<'_> {
@@ -56,6 +59,7 @@ impl NewtonSystem<'_> {
     ) -> Result<Step> {
         let mut change = Field::zeros(right.warp.len());
         let mut decrease = 0.0;
+        let mut iterations = 0;
         let mut residual = right;
         // The image of the direction, and then the residual, preconditioned.
         let mut image = Field::zeros(residual.warp.len());
@@ -72,6 +76,7 @@ impl NewtonSystem<'_> {
             if curvature <= 0.0 {
                 break;
             }
+            iterations += 1;
             let step = square / curvature;
             change.add(step, &direction);
             // Directions conjugate to those before have the same product with all residuals.
@@ -82,7 +87,7 @@ impl NewtonSystem<'_> {
             direction.scale_and_add(next / square, &image);
             square = next;
         }
-        Ok(Step { change, decrease })
+        Ok(Step { change, decrease, iterations })
     }
 
     /// H times `change`.
@@ -109,80 +114,71 @@ impl NewtonSystem<'_> {
     }
 
     fn solve_warps(&self, values: &mut [f64]) {
-        let (picks, ends) = (self.contacts.picks, self.contacts.ends);
-        let straight: Vec<f64> = self.warp_strain.straight_coupling().collect();
-        values
-            .par_chunks_mut(WARPS_AT_ONCE * picks)
-            .enumerate()
-            .with_min_len(yarns_per_task(WARPS_AT_ONCE * picks))
-            .for_each_init(
-                || (SingleYarn::default(), vec![0.0; WARPS_AT_ONCE * picks]),
-                |(solver, resistance), (group, values)| {
-                    let first = group * WARPS_AT_ONCE;
-                    let warps = first..ends.min(first + WARPS_AT_ONCE);
-                    for (pick, row) in self.curvatures.chunks_exact(ends).enumerate() {
-                        for end in warps.clone() {
-                            resistance[(end - first) * picks + pick] =
-                                self.contacts.resistance(pick, end, row[end]);
-                        }
-                    }
-                    let yarns = values.chunks_mut(picks).zip(resistance.chunks(picks));
-                    for ((values, resistance), end) in yarns.zip(warps) {
-                        let stiffness = self.warp_strain.stiffness()[end];
-                        solver.solve(stiffness, &straight, resistance.iter().copied(), values);
-                    }
-                },
-            );
+        let ends = self.contacts.ends;
+        solve_yarns(self.warp_strain, values, |yarns, resistance| {
+            for (pick, (row, resistance)) in
+                self.curvatures.chunks_exact(ends).zip(resistance).enumerate()
+            {
+                let curvatures = &row[yarns.clone()];
+                for ((end, &curvature), resistance) in yarns.clone().zip(curvatures).zip(resistance)
+                {
+                    *resistance = self.contacts.resistance(pick, end, curvature);
+                }
+            }
+        });
     }
 
     fn solve_wefts(&self, values: &mut [f64]) {
         let ends = self.contacts.ends;
-        let straight: Vec<f64> = self.weft_strain.straight_coupling().collect();
-        values
-            .par_chunks_mut(ends)
-            .zip(self.curvatures.par_chunks(ends))
-            .enumerate()
-            .with_min_len(yarns_per_task(ends))
-            .for_each_init(SingleYarn::default, |solver, (pick, (values, curvatures))| {
-                let row = curvatures.iter().enumerate();
-                let resistance =
-                    row.map(|(end, &curvature)| self.contacts.resistance(pick, end, curvature));
-                let stiffness = self.weft_strain.stiffness()[pick];
-                solver.solve(stiffness, &straight, resistance, values);
-            });
+        solve_yarns(self.weft_strain, values, |yarns, resistance| {
+            for (lane, pick) in yarns.enumerate() {
+                let row = &self.curvatures[pick * ends..(pick + 1) * ends];
+                for (end, (&curvature, resistance)) in row.iter().zip(&mut *resistance).enumerate()
+                {
+                    resistance[lane] = self.contacts.resistance(pick, end, curvature);
+                }
+            }
+        });
     }
 }
 
-/// Solver of a yarn's heights with the yarns that it crosses held, its strain taken as if it were
-/// straight between crossings (the true one is at most some 30% higher).
+/// Turns the forces on all yarns of a direction into heights, with the yarns that they cross held.
+/// The strain is taken as if they were straight between crossings (the true one is at most some 30%
+/// higher).
 ///
-/// It factors anew for each solve: the factors of all yarns would take more memory than all else.
-#[derive(Default)]
-struct SingleYarn {
-    diagonal: Vec<f64>,
-    coupling: Vec<f64>,
-    factors: CyclicTridiagonal,
-}
-
-impl SingleYarn {
-    /// Turns forces into heights; `straight` is the strain's coupling at stiffness 1.
-    fn solve(
-        &mut self,
-        stiffness: f64,
-        straight: &[f64],
-        resistance: impl Iterator<Item = f64>,
-        values: &mut [f64],
-    ) {
-        self.diagonal.clear();
-        self.diagonal.extend(resistance);
-        self.coupling.clear();
-        self.coupling.extend(straight.iter().map(|coupling| -stiffness * coupling));
-        let count = values.len();
-        for (index, coupling) in self.coupling.iter().enumerate() {
-            self.diagonal[index] -= coupling * (1.0 + REGULARISATION);
-            self.diagonal[(index + 1) % count] -= coupling;
-        }
-        self.factors.refactor(&self.diagonal, &self.coupling);
-        self.factors.solve(values);
-    }
+/// `resist` writes the contacts' second derivative, crossing by crossing, for a range of yarns. It is
+/// factored anew for each solve: the factors of all yarns would take more memory than all else.
+fn solve_yarns(
+    strain: &Strain,
+    values: &mut [f64],
+    resist: impl Fn(Range<usize>, &mut [Lanes]) + Sync,
+) {
+    let count = strain.crossings();
+    let straight: Vec<f64> = strain.straight_coupling().collect();
+    let room =
+        || ([(); 2].map(|()| vec![[0.0; LANES]; count]), CyclicTridiagonal::with_room(count));
+    values
+        .par_chunks_mut(LANES * count)
+        .zip(strain.stiffness().par_chunks(LANES))
+        .enumerate()
+        .with_min_len(yarns_per_task(LANES * count))
+        .for_each_init(room, |([diagonal, heights], factors), (group, (values, yarns))| {
+            let first = group * LANES;
+            resist(first..first + yarns.len(), diagonal);
+            // Lanes without a yarn have any stiffness that can be divided by.
+            let stiffness: Lanes = lanes(|lane| yarns.get(lane).copied().unwrap_or(1.0));
+            let coupling = |place: usize| lanes(|lane| -stiffness[lane] * straight[place]);
+            for place in 0..count {
+                let coupling = coupling(place);
+                let next = (place + 1) % count;
+                for lane in 0..LANES {
+                    diagonal[place][lane] -= coupling[lane] * (1.0 + REGULARISATION);
+                    diagonal[next][lane] -= coupling[lane];
+                }
+            }
+            factors.factor(diagonal, coupling);
+            interleave(values, count, heights);
+            factors.solve(heights);
+            separate(heights, count, values);
+        });
 }

@@ -10,13 +10,14 @@ use rayon::prelude::*;
 use super::cyclic::CyclicTridiagonal;
 use super::field::yarns_per_task;
 use super::float::Float;
+use super::lanes::{LANES, Lanes, interleave, lanes, separate};
 
 /// The strain of all yarns of one direction and layer.
 pub(super) struct Strain {
     stiffness: Vec<f64>,
     /// From each crossing to the next of the same layer.
     floats: Vec<Float>,
-    slopes: CyclicTridiagonal,
+    slopes: CyclicTridiagonal<1>,
 }
 
 impl Strain {
@@ -30,13 +31,14 @@ impl Strain {
                 Float::new(segments(slots, first, next))
             })
             .collect();
-        let mut diagonal = vec![0.0; floats.len()];
+        let mut diagonal = vec![[0.0]; floats.len()];
         for (place, float) in floats.iter().enumerate() {
-            diagonal[place] += float.slope[0][0];
-            diagonal[(place + 1) % floats.len()] += float.slope[1][1];
+            diagonal[place][0] += float.slope[0][0];
+            diagonal[(place + 1) % floats.len()][0] += float.slope[1][1];
         }
-        let coupling: Vec<f64> = floats.iter().map(|float| float.slope[0][1]).collect();
-        Self { stiffness, slopes: CyclicTridiagonal::factor(&diagonal, &coupling), floats }
+        let mut slopes = CyclicTridiagonal::with_room(floats.len());
+        slopes.factor(&diagonal, |place| [floats[place].slope[0][1]]);
+        Self { stiffness, slopes, floats }
     }
 
     /// Number of crossings of one yarn.
@@ -59,19 +61,19 @@ impl Strain {
     /// written over `forces`.
     pub fn apply(&self, heights: &[f64], forces: &mut [f64]) {
         let count = self.crossings();
+        let room = || [(); 3].map(|()| vec![[0.0; LANES]; count]);
         forces
-            .par_chunks_mut(count)
-            .zip(heights.par_chunks(count))
-            .zip(&self.stiffness)
-            .with_min_len(yarns_per_task(count))
-            .for_each_init(
-                || vec![0.0; count],
-                |slopes, ((forces, heights), &stiffness)| {
-                    forces.fill(0.0);
-                    self.solve_slopes(heights, slopes);
-                    self.add_forces(heights, slopes, stiffness, forces);
-                },
-            );
+            .par_chunks_mut(LANES * count)
+            .zip(heights.par_chunks(LANES * count))
+            .zip(self.stiffness.par_chunks(LANES))
+            .with_min_len(yarns_per_task(LANES * count))
+            .for_each_init(room, |[side_by_side, slopes, own], ((forces, heights), stiffness)| {
+                interleave(heights, count, side_by_side);
+                self.solve_slopes(side_by_side, slopes);
+                let stiffness = lanes(|lane| stiffness.get(lane).copied().unwrap_or(0.0));
+                self.write_forces(side_by_side, slopes, &stiffness, own);
+                separate(own, count, forces);
+            });
     }
 
     /// Writes height and slope at all knots of a yarn with these heights at its crossings with
@@ -83,8 +85,9 @@ impl Strain {
         height: &mut [f64],
         slope: &mut [f64],
     ) {
-        let mut slopes = vec![0.0; self.crossings()];
-        self.solve_slopes(heights, &mut slopes);
+        let mut slopes = vec![[0.0]; self.crossings()];
+        self.solve_slopes(heights.as_chunks().0, &mut slopes);
+        let slopes = slopes.as_flattened();
         self.for_each_float(|float, place, next| {
             let first = 2 * crossed[place] + 1;
             (height[first], slope[first]) = (heights[place], slopes[place]);
@@ -98,23 +101,34 @@ impl Strain {
     }
 
     /// The slopes at the crossings with the least strain.
-    fn solve_slopes(&self, heights: &[f64], slopes: &mut [f64]) {
-        slopes.fill(0.0);
+    fn solve_slopes<const N: usize>(&self, heights: &[Lanes<N>], slopes: &mut [Lanes<N>]) {
+        slopes.fill([0.0; N]);
         self.for_each_float(|float, place, next| {
-            let rise = heights[next] - heights[place];
-            slopes[place] -= float.rise_slope[0] * rise;
-            slopes[next] -= float.rise_slope[1] * rise;
+            let [first, second] = float.rise_slope;
+            let rise: Lanes<N> = lanes(|lane| heights[next][lane] - heights[place][lane]);
+            slopes[place] = lanes(|lane| slopes[place][lane] - first * rise[lane]);
+            slopes[next] = lanes(|lane| slopes[next][lane] - second * rise[lane]);
         });
         self.slopes.solve(slopes);
     }
 
-    fn add_forces(&self, heights: &[f64], slopes: &[f64], stiffness: f64, forces: &mut [f64]) {
+    fn write_forces(
+        &self,
+        heights: &[Lanes],
+        slopes: &[Lanes],
+        stiffness: &Lanes,
+        forces: &mut [Lanes],
+    ) {
+        forces.fill([0.0; LANES]);
         self.for_each_float(|float, place, next| {
-            let rise = heights[next] - heights[place];
             let [first, second] = float.rise_slope;
-            let force = float.rise * rise + first * slopes[place] + second * slopes[next];
-            forces[place] -= stiffness * force;
-            forces[next] += stiffness * force;
+            let force: Lanes = lanes(|lane| {
+                let rise = heights[next][lane] - heights[place][lane];
+                let by_slopes = first * slopes[place][lane] + second * slopes[next][lane];
+                stiffness[lane] * (float.rise * rise + by_slopes)
+            });
+            forces[place] = lanes(|lane| forces[place][lane] - force[lane]);
+            forces[next] = lanes(|lane| forces[next][lane] + force[lane]);
         });
     }
 
