@@ -113,6 +113,8 @@ class Renderer:
         self._film.restore(*film)
 
     def _warn_of_overlaps(self) -> None:
+        if not self._compiled.overlaps_beyond(WORTH_A_WARNING, self._threads):
+            return
         depth_mm = self._compiled.overlaps(self._threads)
         overlaps = self.scene.swatch.fabric.overlaps_of(depth_mm)
         if overlaps.worst > WORTH_A_WARNING:

@@ -83,7 +83,8 @@ impl Bvh {
             .map(|(_, b)| b.grown(RELATIVE_PADDING * reach))
             .map(|b| Padded(Aabb::new(b.min.as_vec3a(), b.max.as_vec3a())))
             .collect();
-        let params = BvhBuildParams { max_prims_per_leaf: 1, ..BvhBuildParams::very_slow_build() };
+        // What the slower presets find is no faster to trace, so wide are the nodes.
+        let params = BvhBuildParams { max_prims_per_leaf: 1, ..BvhBuildParams::medium_build() };
         let binary = build_bvh2(&padded, params, &mut Default::default());
         let mut nodes = Vec::new();
         if !binary.nodes.is_empty() {

@@ -9,6 +9,7 @@ use pyo3::prelude::*;
 use super::clearance;
 use super::describe::{self, FabricDescription, PlyBsdfDescription};
 use super::gate;
+use crate::cloth::clearance::Woven;
 use crate::cloth::spec::ClothSpec;
 use crate::cloth::swatch::Swatch;
 use crate::error::Result;
@@ -83,6 +84,16 @@ impl CompiledScene {
         threads: Option<usize>,
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
         clearance::depths(py, threads, &self.spec, |_| Ok(&*self.relaxed))
+    }
+
+    /// Whether yarns overlap anywhere by more than this part of the thinnest yarn's thickness: sooner
+    /// found than how deep.
+    #[pyo3(signature = (part, threads=None))]
+    fn overlaps_beyond(&self, py: Python<'_>, part: f64, threads: Option<usize>) -> PyResult<bool> {
+        let (woven, depth) =
+            (Woven::new(&self.spec, &self.relaxed, 1.0), part * self.spec.thinnest());
+        let all = 0..self.spec.pattern.warp_up.len();
+        Ok(!gate::run(py, threads, None, |control| woven.is_clear(all, depth, control))?)
     }
 
     /// Averages of the cells of a grid (columns, rows) over the picture: rows x columns x 3.
