@@ -66,7 +66,7 @@ impl Met {
 
 /// A hierarchy over numbered boxes.
 #[derive(Debug, Clone)]
-pub struct Bvh(Vec<Node>);
+pub struct Bvh(Box<[Node]>);
 
 impl Bvh {
     /// How much memory the hierarchy takes.
@@ -91,7 +91,7 @@ impl Bvh {
             let number = |slot| boxes[binary.primitive_indices[slot] as usize].0;
             merge(&binary, 0, &number, &mut nodes);
         }
-        Self(nodes)
+        Self(nodes.into())
     }
 
     /// The nearest hit with `t` in (`t_min`, `t_max`): the box's number and `t`. `inverse` is that of

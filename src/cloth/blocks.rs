@@ -18,7 +18,7 @@ use crate::memory;
 pub type PlanOf = (u32, f64);
 
 /// Bytes of blocks that are kept: some thousand blocks, as many as repeating cloth is made of.
-const KEPT: usize = 128 << 20;
+const KEPT: usize = 96 << 20;
 
 /// No more blocks are kept once the process may not have so many bytes more: building and tracing need
 /// some.
@@ -32,7 +32,7 @@ const BYTES_PER_BLOCK: usize = size_of::<OnceLock<PlanOf>>() + size_of::<OnceLoc
 
 /// Blocks that a thread remembers of those that are not kept. What a ray meets next is mostly what it,
 /// or the one before, has met.
-const REMEMBERED: usize = 256;
+const REMEMBERED: usize = 128;
 
 /// Tells the blocks of one tile from those of another.
 static NEXT_TILE: AtomicU64 = AtomicU64::new(0);
