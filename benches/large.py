@@ -1,8 +1,8 @@
 """Large drafts in which nothing repeats: `python -m benches.large [PICKS ENDS]`.
 
-Seconds to a first picture of 64 pixels across and peak memory per crossing. Seconds are those of all
-processors together, since others may be at work on the machine; the memory is what comes on top of the
-program's own. A last line says what a long render comes to.
+Seconds to a first picture of 64 x 64 pixels, and peak memory per crossing. Seconds are those of all
+processors together, since others may be at work on the machine; the memory is what comes on top of
+the program's own. A last line says what a longer render comes to.
 """
 
 import resource
@@ -11,6 +11,7 @@ import warnings
 
 import numpy as np
 import plycloth as pc
+
 from benches.measure import peak
 
 PIXELS = 64
