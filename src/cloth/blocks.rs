@@ -11,6 +11,7 @@ use std::sync::{Mutex, OnceLock};
 
 use super::block::{Block, Tally};
 use super::layout::{Layout, Placed};
+use crate::accel::bvh::Effort;
 use crate::error::Result;
 use crate::memory;
 
@@ -23,6 +24,9 @@ const KEPT: usize = 96 << 20;
 /// No more blocks are kept once the process may not have so many bytes more: building and tracing need
 /// some.
 const SPARE: usize = 64 << 20;
+
+/// Blocks of the largest tile of which each is expected to meet many rays.
+const THOROUGH: usize = 4096;
 
 /// Blocks that later ones are compared with. Where so many differ, few that come are the same.
 const COMPARED: usize = 1 << 18;
@@ -136,7 +140,12 @@ impl Blocks {
     }
 
     fn build(&self, plan: u32, tally: Tally) -> Block {
-        Block::new(&self.placed(plan as usize).plan, &self.layout.forms, tally)
+        Block::new(&self.placed(plan as usize).plan, &self.layout.forms, self.effort(), tally)
+    }
+
+    /// That depends on the tile alone, so that no block does on what was met before it.
+    fn effort(&self) -> Effort {
+        if self.plan_of.len() <= THOROUGH { Effort::Thorough } else { Effort::Quick }
     }
 
     #[cold]

@@ -8,7 +8,7 @@ use super::survey::{Boxed, around, unmade};
 use super::{Block, BlockPlan, Cuts, Group, Piece, Strand, Tally, YarnForms};
 use crate::accel::bilinear::Bilinear;
 use crate::accel::bounds::Bounds;
-use crate::accel::bvh::Bvh;
+use crate::accel::bvh::{Bvh, Effort};
 use crate::accel::cylinder::Cylinder;
 use crate::cloth::spec::YarnShape;
 use crate::cloth::twist::Twist;
@@ -17,7 +17,7 @@ use crate::cloth::yarn_path::{YarnPath, YarnSet};
 impl Block {
     /// Builds the strands of `plan` that reach into the block or just beside it, and the hierarchy over
     /// their pieces that reach in; what they take is added to `tally`, now and later.
-    pub fn new(plan: &BlockPlan, forms: &YarnForms, tally: Tally) -> Self {
+    pub fn new(plan: &BlockPlan, forms: &YarnForms, effort: Effort, tally: Tally) -> Self {
         let mut boxes = Vec::new();
         let groups: Box<[_]> = kinds_near(plan)
             .into_iter()
@@ -33,7 +33,7 @@ impl Block {
         let block = Self {
             pressed: groups.iter().any(|group| group.widening != DVec3::ONE),
             groups,
-            bvh: Bvh::new(&traced),
+            bvh: Bvh::new(&traced, effort),
             boxes: boxes.into(),
             room: around(plan.size),
             tally,
