@@ -11,7 +11,7 @@ from plycloth.image import Image
 from plycloth.overlap import WORTH_A_WARNING, OverlapWarning
 from plycloth.progress import Progress, reporting
 from plycloth.scene import Scene
-from plycloth.shared_cloth import compiled_scene
+from plycloth.shared_cloth import compiled_scene, relaxed_cloth
 
 MAX_SEED = 2**64 - 1
 MAX_COUNT = 2**32 - 1
@@ -113,10 +113,12 @@ class Renderer:
         self._film.restore(*film)
 
     def _warn_of_overlaps(self) -> None:
-        overlaps = self.scene.swatch.fabric.overlaps(threads=self._threads)
-        if overlaps.worst > WORTH_A_WARNING:
-            message = f"{overlaps}; fabric.fitted() has yarns that do not"
-            warnings.warn(OverlapWarning(message), stacklevel=3)
+        fabric = self.scene.swatch.fabric
+        if not relaxed_cloth(fabric).overlaps_beyond(WORTH_A_WARNING, self._threads):
+            return
+        overlaps = fabric.overlaps(threads=self._threads)
+        message = f"{overlaps}; fabric.fitted() has yarns that do not"
+        warnings.warn(OverlapWarning(message), stacklevel=3)
 
     def run(self, spp: int, *, threads: int | None = None, progress: Progress = None) -> None:
         """Take `spp` more samples of every pixel, one of all before the next of any.

@@ -64,9 +64,18 @@ impl Met {
     }
 }
 
+/// How much time a hierarchy is worth.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Effort {
+    /// For many rays.
+    Thorough,
+    /// For few: built several times faster, and traced some percent slower.
+    Quick,
+}
+
 /// A hierarchy over numbered boxes.
 #[derive(Debug, Clone)]
-pub struct Bvh(Vec<Node>);
+pub struct Bvh(Box<[Node]>);
 
 impl Bvh {
     /// How much memory the hierarchy takes.
@@ -75,7 +84,7 @@ impl Bvh {
     }
 
     /// Builds the hierarchy over numbered boxes; the cost grows as n log n.
-    pub fn new(boxes: &[(u32, Bounds)]) -> Self {
+    pub fn new(boxes: &[(u32, Bounds)], effort: Effort) -> Self {
         let whole = boxes.iter().fold(Bounds::EMPTY, |whole, (_, b)| whole.union(*b));
         let reach = whole.min.abs().max(whole.max.abs()).max_element();
         let padded: Vec<_> = boxes
@@ -83,14 +92,18 @@ impl Bvh {
             .map(|(_, b)| b.grown(RELATIVE_PADDING * reach))
             .map(|b| Padded(Aabb::new(b.min.as_vec3a(), b.max.as_vec3a())))
             .collect();
-        let params = BvhBuildParams { max_prims_per_leaf: 1, ..BvhBuildParams::very_slow_build() };
+        let preset = match effort {
+            Effort::Thorough => BvhBuildParams::very_slow_build(),
+            Effort::Quick => BvhBuildParams::medium_build(),
+        };
+        let params = BvhBuildParams { max_prims_per_leaf: 1, ..preset };
         let binary = build_bvh2(&padded, params, &mut Default::default());
         let mut nodes = Vec::new();
         if !binary.nodes.is_empty() {
             let number = |slot| boxes[binary.primitive_indices[slot] as usize].0;
             merge(&binary, 0, &number, &mut nodes);
         }
-        Self(nodes)
+        Self(nodes.into())
     }
 
     /// The nearest hit with `t` in (`t_min`, `t_max`): the box's number and `t`. `inverse` is that of
@@ -320,7 +333,7 @@ mod tests {
     fn boxes_are_met_as_by_trying_them_all() {
         for count in [0, 1, 2, 16, 17, 300] {
             let boxes = boxes(count);
-            let bvh = Bvh::new(&boxes);
+            let bvh = Bvh::new(&boxes, Effort::Quick);
             let number = |i: u32| boxes[(count - i) as usize].1;
             for i in 0..2000 {
                 let sampler = &mut Sampler::new(2, i, 0);

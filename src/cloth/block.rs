@@ -2,11 +2,16 @@
 //! stored once.
 
 mod build;
+mod survey;
 mod ways;
+
+use std::ops::Range;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, OnceLock};
 
 use glam::DVec3;
 
-use self::ways::Near;
+use self::survey::{Boxed, Survey};
 pub use self::ways::{End, Stretch};
 
 use super::spec::YarnShape;
@@ -53,13 +58,20 @@ struct Group {
     /// The cuts of their surfaces.
     cuts: Cuts,
     /// Their strands, in the order of the cuts.
-    strands: Vec<Strand>,
-    /// By cut, where in [`Block::near`] those pieces of other plies stand that may reach into the
-    /// piece. Known (`Some`) of those alone that lie wholly in the block or just beside it.
-    near_of: Vec<Option<[u32; 2]>>,
+    strands: Box<[Strand]>,
+    /// By strand.
+    surveys: Box<[OnceLock<Survey>]>,
     /// What takes a point of the block into the group's own space, and back.
     narrowing: DVec3,
     widening: DVec3,
+}
+
+impl Group {
+    /// The number of the strand that has this cut before one of its pieces.
+    #[inline]
+    fn strand_number(&self, cut: usize) -> usize {
+        self.strands.partition_point(|strand| strand.last <= cut)
+    }
 }
 
 /// The cuts between the pieces of the yarns of a group, strand after strand: piece i of the
@@ -68,17 +80,23 @@ struct Group {
 #[derive(Debug)]
 enum Cuts {
     /// Of round plies, and the plies' radius there.
-    Joints(Vec<Joint>, f64),
+    Joints(Box<[Joint]>, f64),
     /// Of ribbons.
-    Edges(Vec<Edge>),
+    Edges(Box<[Edge]>),
 }
 
-impl Cuts {
-    fn len(&self) -> usize {
-        match self {
-            Self::Joints(joints, _) => joints.len(),
-            Self::Edges(edges) => edges.len(),
-        }
+/// Bytes that blocks take which are kept together.
+#[derive(Debug, Clone, Default)]
+pub struct Tally(Arc<AtomicUsize>);
+
+impl Tally {
+    /// Those counted so far.
+    pub fn bytes(&self) -> usize {
+        self.0.load(Ordering::Relaxed)
+    }
+
+    fn add(&self, bytes: usize) {
+        self.0.fetch_add(bytes, Ordering::Relaxed);
     }
 }
 
@@ -86,12 +104,16 @@ impl Cuts {
 #[derive(Debug)]
 pub struct Block {
     /// Two, of ends and of picks, if the cloth's yarns are all of one kind each.
-    groups: Vec<Group>,
+    groups: Box<[Group]>,
     /// Whether any yarns are pressed.
     pressed: bool,
-    near: Vec<Near>,
     /// Over the pieces that reach into the block.
     bvh: Bvh,
+    /// Of the pieces that reach into the room.
+    boxes: Box<[Boxed]>,
+    /// The block's footprint and some more.
+    room: [Range<f64>; 2],
+    tally: Tally,
 }
 
 /// A piece of surface in a block: its group and its cut.
@@ -307,8 +329,8 @@ impl Block {
         }
     }
 
-    /// About how much memory it takes.
-    pub fn bytes(&self) -> usize {
+    /// About how much memory it takes before anything is surveyed.
+    fn bytes(&self) -> usize {
         let groups = self.groups.iter().map(|group| {
             let cuts = match &group.cuts {
                 Cuts::Joints(joints, _) => size_of_val(&joints[..]),
@@ -316,18 +338,18 @@ impl Block {
             };
             size_of_val(group)
                 + cuts
-                + size_of_val(&group.near_of[..])
+                + size_of_val(&group.surveys[..])
                 + size_of_val(&group.strands[..])
         });
-        let own = size_of::<Self>() + size_of_val(&self.near[..]) + self.bvh.bytes();
+        let own = size_of::<Self>() + size_of_val(&self.boxes[..]) + self.bvh.bytes();
         own + groups.sum::<usize>()
     }
 
     /// The strand that `piece` belongs to.
     #[inline]
     pub fn strand(&self, piece: Piece) -> &Strand {
-        let strands = &self.groups[piece.group()].strands;
-        &strands[strands.partition_point(|strand| strand.last <= piece.cut())]
+        let group = &self.groups[piece.group()];
+        &group.strands[group.strand_number(piece.cut())]
     }
 
     /// Normal and tangent where the ray meets `piece` at distance `t`.

@@ -14,6 +14,8 @@ use super::spec::{ClothSpec, YarnShape};
 use super::yarn_path::YarnSet;
 use crate::control::Control;
 use crate::error::Result;
+use crate::memory;
+use crate::weave::pattern::WeavePattern;
 use crate::weave::relax::Relaxed;
 
 /// Places along a yarn, and around it, at which its surface is tested at a crossing.
@@ -32,6 +34,9 @@ const STEEPNESS_STEPS: usize = 4;
 
 /// Places in each slot at which yarns of one set are compared.
 const PER_SLOT: usize = 4;
+
+/// What depths take, and a copy of them in another order.
+const BYTES_PER_CROSSING: usize = 2 * size_of::<f64>();
 
 /// A cloth whose yarns have found their heights.
 #[derive(Debug, Clone, Copy)]
@@ -200,9 +205,12 @@ impl<'a> Woven<'a> {
     ///
     /// A crossing counts the overlap of its two yarns there, and that of each with its next
     /// neighbours of the same set over the crossing's slot. The cost is linear in the crossings.
+    /// [`Error::OutOfMemory`](crate::error::Error::OutOfMemory) if there is no room for the depths.
     pub fn overlaps(&self, floor: f64, control: &Control) -> Result<Vec<f64>> {
-        let ends = self.spec.pattern.ends;
-        let mut depths = vec![0.0; self.spec.pattern.warp_up.len()];
+        let WeavePattern { picks, ends, ref warp_up } = self.spec.pattern;
+        let work = format!("finding the overlaps of {picks} picks x {ends} ends");
+        memory::claim(&work, warp_up.len().saturating_mul(BYTES_PER_CROSSING))?;
+        let mut depths = vec![0.0; warp_up.len()];
         depths.par_chunks_mut(ends).enumerate().try_for_each(|(pick, row)| {
             control.check()?;
             for (end, depth) in row.iter_mut().enumerate() {

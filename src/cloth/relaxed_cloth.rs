@@ -38,21 +38,17 @@ impl RelaxedCloth {
         let (slots, picks) = ([&problem.warp.spacing, &problem.weft.spacing], spec.pattern.picks);
         let warp = curves("warp", warp, slots[0].len(), slots[1])?;
         let weft = curves("weft", weft, slots[1].len(), slots[0])?;
-        let relaxed = Relaxed {
-            energy: 0.0,
-            gradient_norm: 0.0,
-            iterations: 0,
-            warp: HeightCurves {
-                height: turned_round(&warp.height, 2 * picks, 1.0),
-                slope: turned_round(&warp.slope, 2 * picks, -1.0),
-                ..warp
-            },
-            weft: HeightCurves {
-                height: rows_reversed(&weft.height, picks),
-                slope: rows_reversed(&weft.slope, picks),
-                ..weft
-            },
+        let warp = HeightCurves {
+            height: turned_round(&warp.height, 2 * picks, 1.0),
+            slope: turned_round(&warp.slope, 2 * picks, -1.0),
+            ..warp
         };
+        let weft = HeightCurves {
+            height: rows_reversed(&weft.height, picks),
+            slope: rows_reversed(&weft.slope, picks),
+            ..weft
+        };
+        let relaxed = Relaxed::known(warp, weft);
         Ok(Self { spec, relaxed: Arc::new(relaxed) })
     }
 

@@ -243,12 +243,13 @@ impl ClothSpec {
 
     /// The same cloth with its picks counted from the bottom, as they lie along y.
     pub fn bottom_up(&self) -> Self {
-        let mut flipped = self.clone();
-        let rows: Vec<_> = self.pattern.warp_up.chunks_exact(self.pattern.ends).rev().collect();
-        flipped.pattern.warp_up = rows.concat();
-        flipped.weft.spacing.reverse();
-        flipped.weft.kind_of.reverse();
-        flipped
+        let WeavePattern { picks, ends, ref warp_up } = self.pattern;
+        let warp_up = warp_up.chunks_exact(ends).rev().collect::<Vec<_>>().concat();
+        let mut weft = self.weft.clone();
+        weft.spacing.reverse();
+        weft.kind_of.reverse();
+        let pattern = WeavePattern { picks, ends, warp_up };
+        Self { pattern, weft, warp: self.warp.clone(), ..*self }
     }
 
     /// The relaxation of this cloth, in units of [`ClothSpec::unit`].

@@ -1,7 +1,8 @@
 //! A flat swatch of cloth: one tile of blocks, repeated within a rectangle.
 //!
-//! Memory grows with the number of *different* blocks that rays visit, up to a limit, and not with the
-//! size of the swatch; a ray costs as many block visits as its stretch inside the cloth crosses.
+//! Memory grows with the crossings of the tile (64 bytes of heights and 10 of tables) and, up to a
+//! limit, with the number of *different* blocks that rays visit, and not with the size of the swatch;
+//! a ray costs as many block visits as its stretch inside the cloth crosses.
 
 use std::sync::Arc;
 
@@ -118,7 +119,7 @@ impl Swatch {
             tile_yarns: layout.counts(),
             axes: layout.axes(),
             has_ribbons: [&spec.warp, &spec.weft].iter().any(|yarns| yarns.has_ribbons()),
-            blocks: Blocks::new(layout),
+            blocks: Blocks::new(layout)?,
             size,
             heights: [low - reach, high + reach],
             t_min: SELF_HIT_DISTANCE * spec.unit(),

@@ -56,21 +56,17 @@ impl YarnPath {
         Self { offset: self.offset / aspect, ..self.clone() }
     }
 
-    /// The joints of ply `ply` of a round yarn: a helix about its centre line, right-handed if the
-    /// twist is positive.
-    pub fn ply(&self, shape: &YarnShape, twist: Twist, ply: usize) -> Vec<Joint> {
+    /// The joints of each ply of a round yarn: a helix about its centre line, right-handed if the twist
+    /// is positive.
+    pub fn plies(&self, shape: &YarnShape, plies: usize, twist: Twist) -> Vec<Vec<Joint>> {
+        let stations: Vec<_> = self.stations(twist.segments_per_crossing()).collect();
         let helix_radius = shape.helix_radius();
-        let points: Vec<_> = self
-            .stations(twist.segments_per_crossing())
-            .map(|station| {
-                let (sin, cos) = twist.angle(self.phase, station.crossings, ply).sin_cos();
-                station.center + helix_radius * (cos * station.side - sin * station.normal)
-            })
-            .collect();
-        let chord = |i: usize| (points[i + 1] - points[i]).normalize();
-        let last = points.len() - 1;
-        let tangent = |i: usize| (chord(i.max(1) - 1) + chord(i.min(last - 1))).normalize();
-        points.iter().enumerate().map(|(i, &point)| Joint { point, tangent: tangent(i) }).collect()
+        let point = |station: &Station, ply: usize| {
+            let (sin, cos) = twist.angle(self.phase, station.crossings, ply).sin_cos();
+            station.center + helix_radius * (cos * station.side - sin * station.normal)
+        };
+        let points = |ply| stations.iter().map(|station| point(station, ply)).collect();
+        (0..plies).map(|ply| joints(points(ply))).collect()
     }
 
     /// The edges of a ribbon of the given width.
@@ -117,6 +113,14 @@ impl YarnPath {
     }
 }
 
+/// A ply through these points.
+fn joints(points: Vec<DVec3>) -> Vec<Joint> {
+    let chords: Vec<_> = points.windows(2).map(|pair| (pair[1] - pair[0]).normalize()).collect();
+    let last = chords.len() - 1;
+    let tangent = |i: usize| (chords[i.max(1) - 1] + chords[i.min(last)]).normalize();
+    points.iter().enumerate().map(|(i, &point)| Joint { point, tangent: tangent(i) }).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -133,11 +137,9 @@ mod tests {
                 let shape = YarnShape::round(0.4, 2, 0.2, pitch);
                 let path = straight(set);
                 let middle = path.stations(2).next().unwrap().center;
-                let spokes: Vec<_> = path
-                    .ply(&shape, Twist::new(&shape, &[1.0]), 0)
-                    .iter()
-                    .map(|joint| (joint.point - middle).reject_from(axis))
-                    .collect();
+                let plies = path.plies(&shape, 2, Twist::new(&shape, &[1.0]));
+                let spokes: Vec<_> =
+                    plies[0].iter().map(|joint| (joint.point - middle).reject_from(axis)).collect();
                 for pair in spokes.windows(2) {
                     let turn = pair[0].cross(pair[1]).dot(axis);
                     assert!(turn * pitch > 0.0, "{set:?} {pitch} {turn}");

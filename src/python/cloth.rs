@@ -62,6 +62,16 @@ impl CompiledCloth {
         let array = Array2::from_shape_vec((picks, ends), depths);
         Ok(array.expect("there is a depth for each crossing").into_pyarray(py))
     }
+
+    /// Whether yarns overlap anywhere by more than this part of the thinnest yarn's thickness: sooner
+    /// found than how deep.
+    #[pyo3(signature = (part, threads=None))]
+    fn overlaps_beyond(&self, py: Python<'_>, part: f64, threads: Option<usize>) -> PyResult<bool> {
+        let RelaxedCloth { spec, relaxed } = &self.0;
+        let (woven, depth) = (Woven::new(spec, relaxed, 1.0), part * spec.thinnest());
+        let all = 0..spec.pattern.warp_up.len();
+        Ok(!gate::run(py, threads, None, |control| woven.is_clear(all, depth, control))?)
+    }
 }
 
 /// A number that fabrics share whose cloth is the same: optics and colours do not matter.

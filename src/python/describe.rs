@@ -13,6 +13,7 @@ use crate::cloth::spec::{ClothSpec, YarnKind, YarnShape, YarnSpec};
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::math::color::Rgb;
+use crate::memory;
 use crate::render::camera::{Camera, Projection};
 use crate::render::light::{Environment, Light, Rectangle};
 use crate::render::scene::{Material, Materials};
@@ -20,6 +21,10 @@ use crate::scatter::body::BodyKind;
 use crate::scatter::ggx::Ggx;
 use crate::scatter::ply::{PlyBsdf, PlyParameters};
 use crate::weave::pattern::WeavePattern;
+
+/// Copies of a pattern, a byte a crossing, that are made at most until it is relaxed: this one, that
+/// counted from the bottom, and the relaxation's.
+const COPIES: usize = 3;
 
 type Triple = [f64; 3];
 
@@ -214,10 +219,12 @@ impl<'a, 'py> FromPyObject<'a, 'py> for FabricDescription<'py> {
 }
 
 impl FabricDescription<'_> {
-    /// The cloth's geometry.
+    /// The cloth's geometry; [`Error::OutOfMemory`] if there is no room for it.
     pub fn cloth(&self) -> Result<ClothSpec> {
         let warp_up = self.pattern.warp_up.as_array();
         let (picks, ends) = warp_up.dim();
+        let work = format!("describing {picks} picks x {ends} ends");
+        memory::claim(&work, COPIES.saturating_mul(warp_up.len()))?;
         let kind =
             |yarn: &YarnDescription| YarnKind { shape: yarn.shape, stiffness: yarn.stiffness };
         let set = |kinds: &[YarnDescription],

@@ -66,6 +66,14 @@ pub struct Relaxed {
     pub weft: HeightCurves,
 }
 
+impl Relaxed {
+    /// Heights that come from elsewhere: what a relaxation would say of itself is not known.
+    pub fn known(warp: HeightCurves, weft: HeightCurves) -> Self {
+        let (energy, gradient_norm) = (f64::NAN, f64::NAN);
+        Self { energy, gradient_norm, iterations: 0, linear_iterations: 0, warp, weft }
+    }
+}
+
 /// Relaxes the yarns of a cell; the mean height of all crossings is zero.
 ///
 /// Each yarn has two knots per crossing, at the boundaries and at the middles of the slots of the

@@ -240,13 +240,14 @@ fn knots(
 /// The pieces of a yarn, each with the number of its ply.
 fn shapes(path: &YarnPath, shape: YarnShape, twist: Twist) -> impl Iterator<Item = (usize, Piece)> {
     let pieces: Vec<_> = match shape {
-        YarnShape::Round { plies, ply_radius, .. } => (0..plies)
-            .flat_map(|ply| {
-                let joints = path.ply(&shape, twist, ply);
-                let cylinder = |j: &[_]| Piece::Cylinder(Cylinder::new(j[0], j[1], ply_radius));
+        YarnShape::Round { plies, ply_radius, .. } => {
+            let cylinder = |j: &[_]| Piece::Cylinder(Cylinder::new(j[0], j[1], ply_radius));
+            let all = path.plies(&shape, plies, twist).into_iter().enumerate();
+            all.flat_map(|(ply, joints)| {
                 joints.windows(2).map(|j| (ply, cylinder(j))).collect::<Vec<_>>()
             })
-            .collect(),
+            .collect()
+        }
         YarnShape::Flat { width, .. } => {
             let edges = path.ribbon(width);
             edges.windows(2).map(|e| (0, Piece::Patch(Bilinear::new(e[0], e[1])))).collect()

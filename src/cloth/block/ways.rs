@@ -1,7 +1,8 @@
 //! Ways inside the plies of a block, and what they meet.
 
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 
+use super::survey::Near;
 use super::{Block, Cuts, Piece, Strand, cylinder};
 use crate::accel::cylinder::{Joint, Leave};
 use crate::accel::ray::Ray;
@@ -29,26 +30,6 @@ pub enum End {
     Other(Piece),
     /// Where the stored stretch does.
     Open,
-}
-
-/// A piece of another ply that may reach into one, and a plane that all of it lies beyond. Only ways
-/// that come there as well can meet it: that is soon told, and so most pieces are passed over.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Near {
-    /// It.
-    pub piece: Piece,
-    /// The plane's normal, of about unit length or zero, towards the piece.
-    pub normal: Vec3,
-    /// The plane's height along its normal.
-    pub height: f32,
-}
-
-impl Near {
-    /// Whether `point` is on the near side of the plane.
-    #[inline]
-    fn lies_before(&self, point: DVec3) -> bool {
-        self.normal.as_dvec3().dot(point) < f64::from(self.height)
-    }
 }
 
 impl Block {
@@ -84,18 +65,18 @@ impl Block {
             return Stretch { piece, t, end: End::Wall, surveyed: true };
         };
         let own = if self.pressed { ray.scaled(group.narrowing) } else { *ray };
-        let strand = self.strand(piece);
+        let number = group.strand_number(piece.cut());
+        let (strand, survey) = (&group.strands[number], self.survey(group, number));
         let mut cut = located(joints, strand, piece.cut(), own.at(t));
         let mut surveyed = true;
         loop {
             let left = cylinder(joints, *radius, cut).leave(&own, t);
             let (Leave::Wall(t_out) | Leave::Forward(t_out) | Leave::Backward(t_out)) = left;
             let piece = Piece::new(piece.group(), cut);
-            match group.near_of[cut] {
+            match survey.near(cut - strand.first) {
                 None => surveyed = false,
-                Some([first, last]) if first < last => {
-                    if let Some((other, t)) = meet(&self.near[first as usize..last as usize], t_out)
-                    {
+                Some(near) if !near.is_empty() => {
+                    if let Some((other, t)) = meet(near, t_out) {
                         return Stretch { piece, t, end: End::Other(other), surveyed };
                     }
                 }
