@@ -2,14 +2,12 @@
 
 mod common;
 
-use common::cloth;
 use common::rays::direction;
+use common::{cloth, swatch_of};
 use glam::DVec3;
 use plycloth::accel::ray::Ray;
 use plycloth::cloth::spec::{ClothSpec, YarnShape};
-use plycloth::cloth::swatch::Swatch;
 use plycloth::cloth::yarn_path::YarnSet;
-use plycloth::control::Control;
 use plycloth::math::rng::Sampler;
 
 const RADIUS: f64 = 0.4;
@@ -25,7 +23,7 @@ fn straight() -> ClothSpec {
 /// The worst relative error of ways inside whose extent along the ply lies within a range, in
 /// spacings, and how many there were.
 fn worst([low, high]: [f64; 2]) -> (f64, usize) {
-    let swatch = Swatch::new(&straight(), [40.0, 200.0], &Control::default()).unwrap();
+    let swatch = swatch_of(&straight(), [40.0, 200.0]).unwrap();
     let (mut worst, mut count) = (0.0f64, 0);
     for number in 0..20_000 {
         let sampler = &mut Sampler::new(21, number, 0);

@@ -8,13 +8,12 @@ mod common;
 
 use std::f64::consts::TAU;
 
-use common::cloth;
 use common::rays::direction;
+use common::{cloth, swatch_of};
 use glam::DVec3;
 use plycloth::accel::ray::Ray;
 use plycloth::cloth::inside::Way;
 use plycloth::cloth::spec::{ClothSpec, YarnShape};
-use plycloth::cloth::swatch::Swatch;
 use plycloth::cloth::yarn_path::YarnSet;
 use plycloth::control::Control;
 use plycloth::math::rng::Sampler;
@@ -200,7 +199,7 @@ impl Errors {
 fn twisted_and_bent_plies_are_met_where_their_meshes_are() {
     for (plies, turn) in [(1, 1.0), (2, 1.0), (3, -1.0), (4, 1.0)] {
         let spec = spec(plies, turn);
-        let swatch = Swatch::new(&spec, [CROSSINGS as f64; 2], &Control::default()).unwrap();
+        let swatch = swatch_of(&spec, [CROSSINGS as f64; 2]).unwrap();
         let tubes = tubes(&spec);
         let (mut depths, mut angles, mut lengths) =
             (Errors::default(), Errors::default(), Errors::default());

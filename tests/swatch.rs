@@ -7,14 +7,12 @@ use common::weaves::{
     mixed, press, pressed, random_ray, satin, swatch, thick_and_thin, thin, twill, uneven,
 };
 use common::whole::WholeCloth;
-use common::{cloth, flat, plain, round};
+use common::{cloth, flat, plain, round, swatch_of};
 use glam::DVec3;
 use plycloth::accel::ray::Ray;
 use plycloth::cloth::inside::Way;
 use plycloth::cloth::spec::{ClothSpec, YarnKind, YarnShape, YarnSpec};
-use plycloth::cloth::swatch::Swatch;
 use plycloth::cloth::twist::Twist;
-use plycloth::control::Control;
 use plycloth::math::rng::Sampler;
 
 /// Compares swatch and whole cloth along `count` random rays, and answers how many hit surfaces.
@@ -163,7 +161,7 @@ fn more_kinds_of_yarn_near_a_crossing_than_can_be_told_apart_are_refused() {
         |end: u32| YarnKind { shape: thin(1, 2.0 + 0.01 * f64::from(end), 1.0), stiffness: 1.0 };
     spec.warp.kinds = (0..80).map(kind).collect();
     spec.warp.kind_of = (0..80).collect();
-    let error = Swatch::new(&spec, [1.0, 1.0], &Control::default()).unwrap_err().to_string();
+    let error = swatch_of(&spec, [1.0, 1.0]).unwrap_err().to_string();
     assert!(error.contains("at most 64"), "{error}");
 }
 
@@ -281,7 +279,7 @@ fn ways_inside_plies_end_where_plies_do_or_others_begin() {
 #[test]
 fn large_swatches_store_no_more_blocks_than_small_ones() {
     for shape in [round(3), flat()] {
-        let blocks = |size| swatch(&plain(shape), [size, size]).distinct_blocks();
+        let blocks = |size| swatch(&plain(shape), [size, size]).tile().distinct_blocks();
         assert_eq!(blocks(4000.0), blocks(10.0), "{shape:?}");
     }
 }

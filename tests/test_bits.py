@@ -1,7 +1,7 @@
 """Pictures keep their bits from version to version, unless a change means to change them.
 
-The hashes are of pictures made on Linux, x86-64: other mathematical libraries round otherwise. Print
-those of now with ``python tests/test_bits.py``.
+The hashes are of pictures made on Linux, x86-64: other mathematical libraries round otherwise.
+``python tests/test_bits.py`` prints those of now.
 """
 
 import hashlib

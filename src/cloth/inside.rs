@@ -10,7 +10,8 @@ use smallvec::SmallVec;
 
 use super::block::{Block, End, Piece, Stretch, SurfacePoint};
 use super::grid::{Located, walk};
-use super::swatch::{Hit, Place, Swatch};
+use super::swatch::{Hit, Swatch};
+use super::tile::Place;
 use crate::accel::ray::Ray;
 use crate::math::extremes::{greater, lesser};
 use crate::math::frame::Frame;
@@ -79,7 +80,8 @@ impl Swatch {
     #[inline]
     pub fn way(&self, place: &Place, others: &[Place], ray: &Ray) -> Way {
         let ray = self.to_grid(ray);
-        let pass = |block: &Block, piece, local: &Ray, t| block.pass(piece, local, t, self.t_min);
+        let pass =
+            |block: &Block, piece, local: &Ray, t| block.pass(piece, local, t, self.tile.t_min);
         let left = self.follow(place, &ray, pass);
         let alone = left.surveyed && left.met.is_none() && others.is_empty();
         if !alone || !self.holds(ray.at(left.t)) {
@@ -118,7 +120,7 @@ impl Swatch {
     #[inline(always)]
     fn wall(&self, place: &Place, ray: &Ray, t: f64) -> SurfacePoint {
         let local = ray.shifted(place.corner);
-        let surface = self.block(place.plan).surface(place.piece, &local, t);
+        let surface = self.tile.block(place.plan).surface(place.piece, &local, t);
         SurfacePoint { normal: -surface.normal, ..surface }
     }
 
@@ -139,7 +141,7 @@ impl Swatch {
         loop {
             let local = ray.shifted(place.corner);
             let Stretch { piece, t, end, surveyed } =
-                stretch(&self.block(place.plan), place.piece, &local, start);
+                stretch(&self.tile.block(place.plan), place.piece, &local, start);
             all_surveyed &= surveyed;
             place.piece = piece;
             let met = match end {
@@ -159,7 +161,7 @@ impl Swatch {
 
     /// Where a ray inside the ply of `place` meets a piece of another in the same block.
     fn contact(&self, place: &Place, other: Piece, ray: &Ray, t: f64) -> Hit {
-        let at = [0, 1].map(|axis| self.axes[axis].at(place.corner[axis] + self.t_min));
+        let at = [0, 1].map(|axis| self.tile.axes[axis].at(place.corner[axis] + self.tile.t_min));
         self.hit(ray, &at, other, t)
     }
 
@@ -168,20 +170,20 @@ impl Swatch {
     fn continued(&self, place: &Place, point: DVec3) -> Option<Place> {
         let (own, along) = (place.set as usize, 1 - place.set as usize);
         let mut center = place.corner;
-        center[own] += self.block(place.plan).strand(place.piece).offset;
+        center[own] += self.tile.block(place.plan).strand(place.piece).offset;
         center[along] = point[along];
-        let at = [0, 1].map(|axis| self.axes[axis].at(center[axis]));
-        let (_, corner) = self.plan_at(&at);
+        let at = [0, 1].map(|axis| self.tile.axes[axis].at(center[axis]));
+        let (_, corner) = self.tile.plan_at(&at);
         if corner == place.corner { None } else { self.same_ply(place, &at) }
     }
 
     /// The ply of `place` in another block, if it reaches into that.
     fn same_ply(&self, place: &Place, at: &[Located; 2]) -> Option<Place> {
-        let (plan, corner) = self.plan_at(at);
+        let (plan, corner) = self.tile.plan_at(at);
         let own = place.set as usize;
-        let yarn = i32::try_from(place.number - self.first_number(own, &at[own])).ok()?;
-        let joint = self.block(place.plan).joint(place.piece)? + place.corner - corner;
-        let piece = self.block(plan).piece_with(place.set, yarn, joint)?;
+        let yarn = i32::try_from(place.number - self.tile.first_number(own, &at[own])).ok()?;
+        let joint = self.tile.block(place.plan).joint(place.piece)? + place.corner - corner;
+        let piece = self.tile.block(plan).piece_with(place.set, yarn, joint)?;
         Some(Place { plan, piece, corner, ..*place })
     }
 
@@ -189,14 +191,16 @@ impl Swatch {
     #[inline]
     fn other(&self, own: &Place, ray: &Ray, t_max: f64) -> Option<Hit> {
         let inverse = ray.inverse();
-        let (visit, piece, t) = walk(&self.axes, ray, inverse, t_max, |visit| {
-            let (plan, corner) = self.visited(&visit);
+        let (visit, piece, t) = walk(&self.tile.axes, ray, inverse, t_max, |visit| {
+            let (plan, corner) = self.tile.visited(&visit);
             let same =
                 if corner == own.corner { Some(*own) } else { self.same_ply(own, &visit.at) };
-            let (t_enter, t_leave) = (visit.t_enter - self.t_min, visit.t_leave + self.t_min);
-            let span = [greater(t_enter, self.t_min), lesser(t_leave, t_max)];
+            let (t_enter, t_leave) =
+                (visit.t_enter - self.tile.t_min, visit.t_leave + self.tile.t_min);
+            let span = [greater(t_enter, self.tile.t_min), lesser(t_leave, t_max)];
             let same = same.map(|place| place.piece);
-            let hit = self.block(plan).nearest_other(same, &ray.shifted(corner), inverse, span);
+            let hit =
+                self.tile.block(plan).nearest_other(same, &ray.shifted(corner), inverse, span);
             hit.map(|(piece, t)| (visit, piece, t))
         })?;
         Some(self.hit(ray, &visit.at, piece, t))
@@ -239,7 +243,7 @@ impl Swatch {
     fn cut_surface(&self, place: &Place, ray: &Ray, t: f64, axis: DVec3) -> SurfacePoint {
         let normal = -axis * axis.dot(ray.direction).signum();
         let local = ray.shifted(place.corner);
-        let along = self.block(place.plan).surface(place.piece, &local, t).tangent;
+        let along = self.tile.block(place.plan).surface(place.piece, &local, t).tangent;
         // The fibers stand on it, more or less.
         SurfacePoint { normal, tangent: Frame::new(normal, along).tangent() }
     }
@@ -257,13 +261,13 @@ impl Swatch {
         // On the swatch's edge the block inside counts.
         let [width, height] = self.size;
         let within = [
-            point.x.clamp(self.t_min, width - self.t_min),
-            point.y.clamp(self.t_min - height, -self.t_min),
+            point.x.clamp(self.tile.t_min, width - self.tile.t_min),
+            point.y.clamp(self.tile.t_min - height, -self.tile.t_min),
         ];
-        let at = [0, 1].map(|axis| self.axes[axis].at(within[axis]));
-        let (plan, corner) = self.plan_at(&at);
-        let block = self.block(plan);
-        let place = |piece| self.place(&at, block.strand(piece), plan, corner, piece);
+        let at = [0, 1].map(|axis| self.tile.axes[axis].at(within[axis]));
+        let (plan, corner) = self.tile.plan_at(&at);
+        let block = self.tile.block(plan);
+        let place = |piece| self.tile.place(&at, block.strand(piece), plan, corner, piece);
         block.containing(point - corner).into_iter().map(place).collect()
     }
 }

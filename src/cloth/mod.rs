@@ -11,5 +11,6 @@ mod layout;
 pub mod relaxed_cloth;
 pub mod spec;
 pub mod swatch;
+pub mod tile;
 pub mod twist;
 pub mod yarn_path;

@@ -1,11 +1,14 @@
 //! A cloth whose yarns have found their heights: the part of a scene's start that takes long, and that
 //! scenes with other optics, lights, cameras or sizes share.
 
+use std::collections::HashMap;
 use std::hash::{DefaultHasher, Hash, Hasher};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError, Weak};
 
+use super::layout::Layout;
 use super::spec::{ClothSpec, YarnShape, YarnSpec};
 use super::swatch::Swatch;
+use super::tile::Tile;
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::weave::curve::HeightCurves;
@@ -18,6 +21,8 @@ pub struct RelaxedCloth {
     pub spec: ClothSpec,
     /// The heights, in the same order and in units of [`ClothSpec::unit`].
     pub relaxed: Arc<Relaxed>,
+    /// Its tiles that swatches hold, by ends and picks.
+    tiles: Mutex<HashMap<[usize; 2], Weak<Tile>>>,
 }
 
 /// Heights and slopes at the knots of all yarns of a direction, yarn by yarn.
@@ -27,8 +32,8 @@ impl RelaxedCloth {
     /// Relaxes a cloth whose picks are counted from the top.
     pub fn new(spec: &ClothSpec, control: &Control) -> Result<Self> {
         let spec = spec.bottom_up();
-        let relaxed = Arc::new(relax(&spec.relax_problem(), control)?);
-        Ok(Self { spec, relaxed })
+        let relaxed = relax(&spec.relax_problem(), control)?;
+        Ok(Self::of(spec, relaxed))
     }
 
     /// Such a cloth with heights that are known, in its own order and in units of [`ClothSpec::unit`].
@@ -49,7 +54,7 @@ impl RelaxedCloth {
             ..weft
         };
         let relaxed = Relaxed::known(warp, weft);
-        Ok(Self { spec, relaxed: Arc::new(relaxed) })
+        Ok(Self::of(spec, relaxed))
     }
 
     /// The heights of warp and weft with picks counted from the top, as a pattern has them.
@@ -64,9 +69,27 @@ impl RelaxedCloth {
         ]
     }
 
+    fn of(spec: ClothSpec, relaxed: Relaxed) -> Self {
+        Self { spec, relaxed: Arc::new(relaxed), tiles: Mutex::default() }
+    }
+
     /// A piece of it, `size` millimetres wide and high.
     pub fn swatch(&self, size: [f64; 2]) -> Result<Swatch> {
-        Swatch::of(&self.spec, self.relaxed.clone(), size)
+        Ok(Swatch::new(self.tile(size)?, size))
+    }
+
+    /// A tile for a swatch of `size`: one that others hold, if it is the same.
+    fn tile(&self, size: [f64; 2]) -> Result<Arc<Tile>> {
+        let layout = Layout::new(&self.spec, self.relaxed.clone(), size);
+        let mut tiles = self.tiles.lock().unwrap_or_else(PoisonError::into_inner);
+        tiles.retain(|_, tile| tile.strong_count() > 0);
+        let counts = layout.counts();
+        if let Some(tile) = tiles.get(&counts).and_then(Weak::upgrade) {
+            return Ok(tile);
+        }
+        let tile = Arc::new(Tile::new(&self.spec, layout)?);
+        tiles.insert(counts, Arc::downgrade(&tile));
+        Ok(tile)
     }
 }
 

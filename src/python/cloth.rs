@@ -53,7 +53,7 @@ impl CompiledCloth {
         py: Python<'py>,
         threads: Option<usize>,
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let RelaxedCloth { spec, relaxed } = &self.0;
+        let RelaxedCloth { spec, relaxed, .. } = &self.0;
         let depths = gate::run(py, threads, None, |control| {
             Woven::new(spec, relaxed, 1.0).overlaps(0.0, control)
         })?;
@@ -67,7 +67,7 @@ impl CompiledCloth {
     /// found than how deep.
     #[pyo3(signature = (part, threads=None))]
     fn overlaps_beyond(&self, py: Python<'_>, part: f64, threads: Option<usize>) -> PyResult<bool> {
-        let RelaxedCloth { spec, relaxed } = &self.0;
+        let RelaxedCloth { spec, relaxed, .. } = &self.0;
         let (woven, depth) = (Woven::new(spec, relaxed, 1.0), part * spec.thinnest());
         let all = 0..spec.pattern.warp_up.len();
         Ok(!gate::run(py, threads, None, |control| woven.is_clear(all, depth, control))?)

@@ -257,7 +257,7 @@ impl<R: Recorder> Path<'_, R> {
         contact: Option<&Contact>,
     ) -> Option<Target> {
         let Scene { lights, .. } = self.scene;
-        if !lights.have_lamps() || contact.is_none() && !self.scene.swatch.has_ribbons() {
+        if !lights.have_lamps() || contact.is_none() && !self.scene.swatch.tile().has_ribbons() {
             return None;
         }
         let lamp = lights.sample_lamp(point, self.sampler.next_1d())?;

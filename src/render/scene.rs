@@ -7,7 +7,8 @@ use super::light::Lights;
 use crate::accel::ray::Ray;
 use crate::cloth::inside::{Sides, Way};
 use crate::cloth::spec::YarnShape;
-use crate::cloth::swatch::{Hit, Place, Swatch};
+use crate::cloth::swatch::{Hit, Swatch};
+use crate::cloth::tile::Place;
 use crate::math::color::Rgb;
 use crate::math::frame::Frame;
 use crate::scatter::ply::PlyBsdf;
@@ -180,7 +181,7 @@ impl Scene {
     #[inline]
     pub fn exit(&self, interaction: &Interaction, refracted: DVec3) -> (Inside, Exit) {
         let Interaction { point, frame, place, sides, .. } = interaction;
-        match *self.swatch.shape(place) {
+        match *self.swatch.tile().shape(place) {
             YarnShape::Flat { thickness, .. } => {
                 let inside = Inside { incident: -refracted, length: thickness / -refracted.z };
                 // A ribbon lies inside the same plies with both of its faces.
@@ -203,7 +204,7 @@ impl Scene {
     /// Whether the yarn there is a ribbon, whose two faces are one.
     #[inline]
     pub fn is_ribbon(&self, interaction: &Interaction) -> bool {
-        self.swatch.shape(&interaction.place).is_ribbon()
+        self.swatch.tile().shape(&interaction.place).is_ribbon()
     }
 
     /// Whether nothing stands between a point and something at `distance` in `direction`.

@@ -8,9 +8,11 @@ pub mod weaves;
 pub mod whole;
 
 use glam::DVec3;
+use plycloth::cloth::relaxed_cloth::RelaxedCloth;
 use plycloth::cloth::spec::{ClothSpec, YarnShape, YarnSpec};
 use plycloth::cloth::swatch::Swatch;
 use plycloth::control::Control;
+use plycloth::error::Result;
 use plycloth::math::color::Rgb;
 use plycloth::render::camera::{Camera, Projection};
 use plycloth::render::driver::Film;
@@ -54,7 +56,12 @@ pub fn plain(shape: YarnShape) -> ClothSpec {
 }
 
 pub fn swatch(spec: &ClothSpec, size: f64) -> Swatch {
-    Swatch::new(spec, [size, size], &Control::default()).unwrap()
+    swatch_of(spec, [size, size]).unwrap()
+}
+
+/// A relaxed piece of cloth.
+pub fn swatch_of(spec: &ClothSpec, size: [f64; 2]) -> Result<Swatch> {
+    RelaxedCloth::new(spec, &Control::default())?.swatch(size)
 }
 
 pub fn parameters() -> PlyParameters {

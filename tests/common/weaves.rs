@@ -4,15 +4,14 @@ use glam::DVec3;
 use plycloth::accel::ray::Ray;
 use plycloth::cloth::spec::{ClothSpec, YarnKind, YarnShape, YarnSpec};
 use plycloth::cloth::swatch::Swatch;
-use plycloth::control::Control;
 use plycloth::math::rng::Sampler;
 
 use super::rays::direction;
-use super::{cloth, flat, round};
+use super::{cloth, flat, round, swatch_of};
 
 /// The swatch of a cloth.
 pub fn swatch(spec: &ClothSpec, size: [f64; 2]) -> Swatch {
-    Swatch::new(spec, size, &Control::default()).unwrap()
+    swatch_of(spec, size).unwrap()
 }
 
 /// A warp-faced twill: `over` over, `under` under.
