@@ -6,7 +6,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 
-use common::{furnace, parameters, plain, ply, round, scene};
+use common::{above, furnace, parameters, plain, ply, round, scene};
 use plycloth::control::Control;
 use plycloth::render::driver::Film;
 use plycloth::render::path::PathLimits;
@@ -20,7 +20,7 @@ fn cloth() -> Scene {
 }
 
 fn film(scene: &Scene, seed: u64, samples: u32) -> Film {
-    let film = Film::new(scene, seed, LIMITS).unwrap();
+    let film = Film::new(above(32), seed, LIMITS).unwrap();
     if samples > 0 {
         film.run(scene, samples, &Control::default()).unwrap();
     }

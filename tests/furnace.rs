@@ -2,7 +2,9 @@
 
 mod common;
 
-use common::{flat, furnace, mean_radiance, parameters, plain, ply, round, scene};
+use common::{
+    above, flat, furnace, mean_radiance, mean_seen, parameters, plain, ply, round, scene,
+};
 use glam::DVec3;
 use plycloth::cloth::spec::{ClothSpec, YarnShape};
 use plycloth::math::color::Rgb;
@@ -37,11 +39,11 @@ fn cloth_that_absorbs_nothing_vanishes() {
 #[test]
 fn cut_ends_neither_lose_nor_make_light() {
     for shape in [round(1), round(3)] {
-        let mut scene = scene(&plain(shape), 3.3, ply(white(0.01)), furnace());
+        let scene = scene(&plain(shape), 3.3, ply(white(0.01)), furnace());
         let from = DVec3::new(6.0, -5.0, 1.0);
         let view = Projection::Orthographic { width: 4.0 };
-        scene.camera = Camera::new(from, DVec3::ZERO, DVec3::Z, view, [64, 64]).unwrap();
-        let (mean, error) = mean_radiance(&scene, 160, 400);
+        let camera = Camera::new(from, DVec3::ZERO, DVec3::Z, view, [64, 64]).unwrap();
+        let (mean, error) = mean_seen(camera, &scene, 160, 400);
         let off = (mean - Rgb::ONE).abs().max_element();
         println!("cut ends of {shape:?}: {mean:.5} +- {error:.5}");
         assert!(off < 0.003 + 4.0 * error.max_element(), "{mean} +- {error}");
@@ -61,17 +63,15 @@ fn no_light_passes_through_an_opaque_yarn_along_its_axis() {
     };
     let edges = [DVec3::new(40.0, 0.0, 0.0), DVec3::new(0.0, 0.0, 40.0)];
     let lamp = Light::Rectangle(Rectangle::new(DVec3::new(0.0, 20.0, 0.0), edges, Rgb::ONE));
-    let mut scene = scene(&plain(round(1)), 4.0, ply(black), vec![lamp]);
+    let scene = scene(&plain(round(1)), 4.0, ply(black), vec![lamp]);
     // Onto the end at x = 0.5, where the swatch ends half way between two picks.
     let (from, at) = (DVec3::new(0.5, -9.0, 0.0), DVec3::new(0.5, 0.0, 0.0));
     let view = |width| Projection::Orthographic { width };
     let camera = |width| Camera::new(from, at, DVec3::Z, view(width), [16, 16]).unwrap();
-    scene.camera = camera(0.5);
-    let (mean, _) = mean_radiance(&scene, 16, 60);
+    let (mean, _) = mean_seen(camera(0.5), &scene, 16, 60);
     assert_eq!(mean, Rgb::ZERO);
     // Around it the lamp is seen.
-    scene.camera = camera(6.0);
-    assert!(mean_radiance(&scene, 16, 60).0.min_element() > 0.1);
+    assert!(mean_seen(camera(6.0), &scene, 16, 60).0.min_element() > 0.1);
 }
 
 /// How many parameter sets a cloth is tried with.
@@ -128,11 +128,10 @@ fn no_parameters_return_more_than_was_received() {
     let limit = Normal::standard().inverse_cdf(0.99f64.powf(1.0 / tests));
     for spec in cloths {
         let mut scene = scene(&spec, 40.0, ply(parameters()), furnace());
-        scene.camera.resolution = [12, 12];
         for set in 0..SETS {
             let parameters = random_parameters(set);
             scene.materials.list = vec![ply(parameters)];
-            let (mean, error) = mean_radiance(&scene, 4, 60);
+            let (mean, error) = mean_seen(above(12), &scene, 4, 60);
             let z = ((mean - Rgb::ONE) / error.max(Rgb::splat(1e-6))).max_element();
             assert!(mean.is_finite() && mean.min_element() >= 0.0, "{mean} {parameters:?}");
             assert!(z < limit, "z = {z}: {mean} +- {error} {parameters:?}");

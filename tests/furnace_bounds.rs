@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{flat, furnace, mean_radiance, parameters, plain, ply, round, scene, white};
+use common::{above, flat, furnace, mean_seen, parameters, plain, ply, round, scene, white};
 use plycloth::cloth::spec::YarnShape;
 use plycloth::math::rng::Sampler;
 use plycloth::render::scene::Scene;
@@ -23,7 +23,7 @@ fn shapes() -> [YarnShape; 3] {
 /// Mean and standard error of one channel; all are alike.
 fn mean(scene: &mut Scene, parameters: PlyParameters, spp: u32) -> [f64; 2] {
     scene.materials.list = vec![ply(parameters)];
-    let (mean, error) = mean_radiance(scene, spp, DEPTH);
+    let (mean, error) = mean_seen(above(12), scene, spp, DEPTH);
     [mean.y, error.y.max(1e-6)]
 }
 
@@ -32,9 +32,7 @@ fn limit(tests: usize) -> f64 {
 }
 
 fn small(shape: YarnShape) -> Scene {
-    let mut scene = scene(&plain(shape), 40.0, ply(parameters()), furnace());
-    scene.camera.resolution = [12, 12];
-    scene
+    scene(&plain(shape), 40.0, ply(parameters()), furnace())
 }
 
 /// Mean and standard error, of as many samples as it takes: paths inside white plies that overlap are

@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::{flat, furnace, mean_radiance, parameters, plain, ply, round, scene};
+use common::{above, flat, furnace, mean_radiance, parameters, plain, ply, round, scene};
 use plycloth::cloth::spec::YarnShape;
 use plycloth::control::Control;
 use plycloth::math::color::Rgb;
@@ -39,7 +39,8 @@ fn replayed(scene: &Scene, at: PlyParameters) -> [f64; 2] {
     let control = Control::default();
     let means: Vec<f64> = (0..16)
         .map(|seed| {
-            let cells = Cells { grid: [2, 2], paths: 2048, seed, limits: LIMITS };
+            let cells =
+                Cells { camera: above(32), grid: [2, 2], paths: 2048, seed, limits: LIMITS };
             let tape = Tape::record(scene, cells, &control).unwrap();
             tape.evaluate(&[at], &control).unwrap().values.iter().sum::<f64>() / 12.0
         })

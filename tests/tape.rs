@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{flat, mean_radiance, parameters, plain, ply, round, scene};
+use common::{above, flat, mean_radiance, parameters, plain, ply, round, scene};
 use glam::DVec3;
 use plycloth::cloth::spec::YarnShape;
 use plycloth::control::Control;
@@ -33,7 +33,7 @@ fn lit(shape: YarnShape, parameters: PlyParameters) -> Scene {
 }
 
 fn cells(paths: u32, seed: u64) -> Cells {
-    Cells { grid: [2, 2], paths, seed, limits: LIMITS }
+    Cells { camera: above(32), grid: [2, 2], paths, seed, limits: LIMITS }
 }
 
 fn record(scene: &Scene, paths: u32) -> Tape {

@@ -10,6 +10,7 @@ use super::gate;
 use crate::error::Result;
 use crate::math::color::Rgb;
 use crate::math::rng::Sampler;
+use crate::render::camera::Camera;
 use crate::render::cells::Cells;
 use crate::render::driver::Film;
 use crate::render::light::Lights;
@@ -31,7 +32,10 @@ fn limits(max_depth: Option<u32>, both_sides: bool, lobe_floor: f64) -> PathLimi
 
 /// A scene, ready for rays.
 #[pyclass(frozen, module = "plycloth._plycloth")]
-pub struct CompiledScene(Scene);
+pub struct CompiledScene {
+    scene: Scene,
+    camera: Camera,
+}
 
 #[pymethods]
 impl CompiledScene {
@@ -58,7 +62,8 @@ impl CompiledScene {
         let (swatch, materials) = gate::run(scene.py(), threads, None, |control| {
             Ok((cloth.0.swatch(size)?, palette.materials(control)?))
         })?;
-        Ok(Self(Scene { swatch, materials, camera, lights: Lights::new(lights), background }))
+        let lights = Lights::new(lights);
+        Ok(Self { scene: Scene { swatch, materials, lights, background }, camera })
     }
 
     /// Averages of the cells of a grid (columns, rows) over the picture: rows x columns x 3.
@@ -72,9 +77,16 @@ impl CompiledScene {
         max_depth: Option<u32>,
         threads: Option<usize>,
     ) -> PyResult<Bound<'py, PyArray3<f64>>> {
-        let cells =
-            Cells { grid, paths, seed, limits: limits(max_depth, true, LOBE_FLOOR) }.checked()?;
-        let averages = gate::run(py, threads, None, |control| cells.averages(&self.0, control))?;
+        let cells = Cells {
+            camera: self.camera,
+            grid,
+            paths,
+            seed,
+            limits: limits(max_depth, true, LOBE_FLOOR),
+        }
+        .checked()?;
+        let averages =
+            gate::run(py, threads, None, |control| cells.averages(&self.scene, control))?;
         let values = averages.iter().flat_map(Rgb::to_array).collect();
         let array = Array3::from_shape_vec((grid[1], grid[0], 3), values);
         Ok(array.expect("there is an average for each cell").into_pyarray(py))
@@ -101,8 +113,8 @@ impl CompiledFilm {
         max_depth: Option<u32>,
         both_sides: bool,
     ) -> Result<Self> {
-        let film = Film::new(&scene.0, seed, limits(max_depth, both_sides, 0.0))?;
-        Ok(Self { film, resolution: scene.0.camera.resolution })
+        let film = Film::new(scene.camera, seed, limits(max_depth, both_sides, 0.0))?;
+        Ok(Self { film, resolution: scene.camera.resolution })
     }
 
     #[pyo3(signature = (scene, spp, threads=None, progress=None))]
@@ -114,7 +126,7 @@ impl CompiledFilm {
         threads: Option<usize>,
         progress: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<()> {
-        gate::run(py, threads, progress, |control| self.film.run(&scene.0, spp, control))
+        gate::run(py, threads, progress, |control| self.film.run(&scene.scene, spp, control))
     }
 
     /// The means of the samples and the variances of these means, H x W x 3 each.
@@ -186,9 +198,15 @@ impl CompiledTape {
         threads: Option<usize>,
         progress: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
-        let cells = Cells { grid, paths, seed, limits: limits(max_depth, true, LOBE_FLOOR) };
+        let cells = Cells {
+            camera: scene.camera,
+            grid,
+            paths,
+            seed,
+            limits: limits(max_depth, true, LOBE_FLOOR),
+        };
         let tape =
-            gate::run(py, threads, progress, |control| Tape::record(&scene.0, cells, control))?;
+            gate::run(py, threads, progress, |control| Tape::record(&scene.scene, cells, control))?;
         Ok(Self(tape))
     }
 

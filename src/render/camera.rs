@@ -21,7 +21,7 @@ pub enum Projection {
 }
 
 /// A camera with its picture's resolution.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Camera {
     origin: DVec3,
     right: DVec3,

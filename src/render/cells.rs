@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use super::camera::Camera;
 use super::path::{PathLimits, radiance};
 use super::recorder::{NoRecorder, Recorder};
 use super::scene::Scene;
@@ -16,6 +17,8 @@ const PATHS_PER_CHECK: u32 = 1024;
 /// Which paths go through the cells of a picture.
 #[derive(Debug, Clone, Copy)]
 pub struct Cells {
+    /// Whose picture it is.
+    pub camera: Camera,
     /// Columns and rows.
     pub grid: [usize; 2],
     /// Paths through each cell.
@@ -49,13 +52,13 @@ impl Cells {
         path: u32,
         recorder: &mut R,
     ) -> Rgb {
-        let [width, height] = scene.camera.resolution;
+        let [width, height] = self.camera.resolution;
         let size = [width as f64 / self.grid[0] as f64, height as f64 / self.grid[1] as f64];
         let corner = [cell % self.grid[0], cell / self.grid[0]];
         let mut sampler = Sampler::low_discrepancy(self.seed, cell as u64, path);
         let within = sampler.next_2d();
         let [x, y] = [0, 1].map(|axis| (corner[axis] as f64 + within[axis]) * size[axis]);
-        radiance(scene, scene.camera.ray(x, y), self.limits, sampler, recorder)
+        radiance(scene, self.camera.ray(x, y), self.limits, sampler, recorder)
     }
 
     /// The average of each cell, row by row.

@@ -4,6 +4,7 @@ use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::thread;
 
+use super::camera::Camera;
 use super::path::{PathLimits, radiance};
 use super::pixel::{Pixel, WORDS};
 use super::recorder::NoRecorder;
@@ -83,22 +84,22 @@ impl Tile {
 /// passes. It may be looked at, saved and merged with another from any thread, also during a run.
 #[derive(Debug)]
 pub struct Film {
+    camera: Camera,
     seed: u64,
     limits: PathLimits,
-    resolution: [usize; 2],
     tiles: Vec<Mutex<Tile>>,
     target: AtomicU32,
 }
 
 impl Film {
-    /// An empty picture for `scene`.
-    pub fn new(scene: &Scene, seed: u64, limits: PathLimits) -> Result<Self> {
-        let [width, height] = scene.camera.resolution;
+    /// An empty picture of what `camera` sees.
+    pub fn new(camera: Camera, seed: u64, limits: PathLimits) -> Result<Self> {
+        let [width, height] = camera.resolution;
         let count = (width * height).div_ceil(TILE);
         let mut tiles = reserved(count, [width, height])?;
         tiles.resize_with(count, Mutex::default);
         let target = AtomicU32::new(0);
-        Ok(Self { seed, limits, resolution: [width, height], tiles, target })
+        Ok(Self { camera, seed, limits, tiles, target })
     }
 
     /// Takes `samples` more samples of every pixel, one of all before the next of any. If stopped,
@@ -149,19 +150,19 @@ impl Film {
     }
 
     fn trace(&self, scene: &Scene, pixel: usize, sample: u32) -> [f32; 3] {
-        let width = self.resolution[0];
+        let width = self.camera.resolution[0];
         let mut sampler = Sampler::new(self.seed, pixel as u64, u64::from(sample));
         let [dx, dy] = sampler.next_2d();
-        let ray = scene.camera.ray((pixel % width) as f64 + dx, (pixel / width) as f64 + dy);
+        let ray = self.camera.ray((pixel % width) as f64 + dx, (pixel / width) as f64 + dy);
         radiance(scene, ray, self.limits, sampler, &mut NoRecorder).as_vec3().to_array()
     }
 
     /// The picture as it is now, row by row from the top: means of the samples, and the variances of
     /// these means, which are infinite before the second sample.
     pub fn image(&self) -> Result<[Vec<f32>; 2]> {
-        let count = 3 * self.resolution[0] * self.resolution[1];
-        let mut means = reserved(count, self.resolution)?;
-        let mut variances = reserved(count, self.resolution)?;
+        let count = 3 * self.camera.resolution[0] * self.camera.resolution[1];
+        let mut means = reserved(count, self.camera.resolution)?;
+        let mut variances = reserved(count, self.camera.resolution)?;
         for number in 0..self.tiles.len() {
             let tile = self.tile(number);
             let is_known = tile.count() > 1;
@@ -195,7 +196,7 @@ impl Film {
 
     /// All that was gathered, to be restored or merged.
     pub fn words(&self) -> Result<Vec<u32>> {
-        let mut words = reserved(self.tiles.len() * TILE_WORDS, self.resolution)?;
+        let mut words = reserved(self.tiles.len() * TILE_WORDS, self.camera.resolution)?;
         for number in 0..self.tiles.len() {
             words.extend(self.tile(number).words());
         }
@@ -237,7 +238,7 @@ impl Film {
 
     /// How many pixels a tile has: the last one may have fewer.
     fn pixels_of(&self, number: usize) -> usize {
-        TILE.min(self.resolution[0] * self.resolution[1] - number * TILE)
+        TILE.min(self.camera.resolution[0] * self.camera.resolution[1] - number * TILE)
     }
 }
 

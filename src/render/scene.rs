@@ -2,7 +2,6 @@
 
 use glam::DVec3;
 
-use super::camera::Camera;
 use super::light::Lights;
 use crate::accel::ray::Ray;
 use crate::cloth::inside::{Sides, Way};
@@ -34,15 +33,13 @@ pub struct Materials {
     pub of_yarn: [Vec<u32>; 2],
 }
 
-/// A swatch with its materials, a camera and lights.
+/// A swatch with its materials, and lights.
 #[derive(Debug)]
 pub struct Scene {
     /// The cloth.
     pub swatch: Swatch,
     /// How its yarns scatter.
     pub materials: Materials,
-    /// Who looks.
-    pub camera: Camera,
     /// What shines.
     pub lights: Lights,
     /// What the camera sees where nothing stands in its way, in place of the lights there.

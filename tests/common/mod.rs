@@ -96,22 +96,20 @@ pub fn ply(parameters: PlyParameters) -> Material {
     Material::Ply(Box::new(PlyBsdf::new(parameters).unwrap()))
 }
 
-/// A swatch of `size` seen from above, all yarns of one material.
+/// A camera that looks from above at a square of 4 x 4, by so many pixels along each side.
+pub fn above(pixels: usize) -> Camera {
+    let (from, view) = (DVec3::new(0.0, 0.0, 10.0), Projection::Orthographic { width: 4.0 });
+    Camera::new(from, DVec3::ZERO, DVec3::Y, view, [pixels; 2]).unwrap()
+}
+
+/// A swatch of `size`, all yarns of one material.
 pub fn scene(spec: &ClothSpec, size: f64, material: Material, lights: Vec<Light>) -> Scene {
-    let camera = Camera::new(
-        DVec3::new(0.0, 0.0, 10.0),
-        DVec3::ZERO,
-        DVec3::Y,
-        Projection::Orthographic { width: 4.0 },
-        [32, 32],
-    );
     Scene {
         swatch: swatch(spec, size),
         materials: Materials {
             list: vec![material],
             of_yarn: [vec![0; spec.pattern.ends], vec![0; spec.pattern.picks]],
         },
-        camera: camera.unwrap(),
         lights: Lights::new(lights),
         background: None,
     }
@@ -121,15 +119,20 @@ pub fn furnace() -> Vec<Light> {
     vec![Light::Constant { radiance: Rgb::ONE }]
 }
 
-/// Mean over all pixels, and its standard error.
+/// Mean over what is seen from above, and its standard error.
 pub fn mean_radiance(scene: &Scene, spp: u32, max_depth: u32) -> (Rgb, Rgb) {
+    mean_seen(above(32), scene, spp, max_depth)
+}
+
+/// Mean over all pixels of a camera's picture, and its standard error.
+pub fn mean_seen(camera: Camera, scene: &Scene, spp: u32, max_depth: u32) -> (Rgb, Rgb) {
     let limits = PathLimits {
         max_depth,
         roulette_depth: 5.min(max_depth),
         both_sides: false,
         lobe_floor: 0.0,
     };
-    let film = Film::new(scene, 1, limits).unwrap();
+    let film = Film::new(camera, 1, limits).unwrap();
     film.run(scene, spp, &Control::default()).unwrap();
     let [means, variances] = film.image().unwrap().map(pixels);
     let n = means.len() as f64;
