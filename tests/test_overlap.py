@@ -156,6 +156,14 @@ def test_ribbons_keep_their_width_unless_it_exceeds_the_spacing():
         assert fitted.overlaps().worst < 0.021
 
 
+def test_yarns_that_find_no_room_are_said_to_be_narrowed():
+    """A thick round yarn among ribbons that cross it closely comes down too steeply beside them."""
+    ribbon = pc.FlatYarn(1.0, pc.PlyBsdf(), thickness_mm=0.1)
+    cloth = fabric(WeavePattern.plain(), warp=0.45, weft=ribbon)
+    with pytest.warns(pc.OverlapWarning, match=r"narrowed, to \d\.\d% of the room"):
+        assert cloth.fitted().warp.radius_mm < 0.1
+
+
 def test_a_picture_of_cut_yarns_warns_once_and_names_the_remedy():
     cloth = fabric(WeavePattern.plain(), warp=0.4, weft=0.4)
     with pytest.warns(pc.OverlapWarning, match=r"4 of 4 crossings.*mm \(\d+%.*fitted") as caught:

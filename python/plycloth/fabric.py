@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Annotated, Any, Self
@@ -25,7 +26,7 @@ from plycloth._check import (
 from plycloth._color import decode
 from plycloth._saved import Saved
 from plycloth.draft_yarns import draft_yarns
-from plycloth.overlap import Overlaps
+from plycloth.overlap import Overlaps, OverlapWarning
 from plycloth.progress import Progress, relaxing
 from plycloth.relax import Relaxed
 from plycloth.shared_cloth import relaxed_cloth
@@ -49,6 +50,9 @@ Heights = Annotated[Relaxed | None, optional(instance(Relaxed))]
 MIN_SPACING = 1.0 / 256.0
 
 _threads = optional(integer(1, 1024))
+
+# Yarns that are left less than this part of their width, or spacing, are hardly what was meant.
+NARROW = 0.5
 
 # A pitch below this part of a crossing would need very many segments: it is an error where a yarn
 # has it, and no yarn's that leaves its pitch open.
@@ -251,9 +255,21 @@ class Fabric(Saved):
         progress
             None: a bar where a person watches, after half a second; False: none; or a callable of
             (done, None), since it is not known before how many relaxations it takes.
+
+        Warns
+        -----
+        OverlapWarning
+            If yarns are narrowed to less than half of their width and of their spacing.
         """
         with relaxing(progress, total=None) as report:
             warp, weft = _plycloth.fitted(self, progress=report)
+        left = min(
+            _part_left(self.warp_kinds, self.warp_spacing_mm, warp),
+            _part_left(self.weft_kinds, self.weft_spacing_mm, weft),
+        )
+        if left < NARROW:
+            message = f"yarns had to be narrowed, to {left:.1%} of the room that they had"
+            warnings.warn(OverlapWarning(message), stacklevel=2)
         return replace(
             self,
             warp=refit(self.warp, self.warp_kinds, self.end_kind, warp),
@@ -353,6 +369,18 @@ def _reversed(values: Any) -> Any:
 
 def _per_yarn(spacing: float | FloatArray, count: int) -> FloatArray:
     return np.broadcast_to(np.asarray(spacing, np.float64), (count,))
+
+
+def _part_left(
+    kinds: Sequence[Yarn],
+    spacing: float | FloatArray,
+    measures: Sequence[tuple[float, float, float]],
+) -> float:
+    """Return what is left of the yarns' width, or of their spacing if that is less: the least."""
+    room = 0.5 * float(np.mean(spacing))
+    return min(
+        new[0] / min(kind.half_width, room) for kind, new in zip(kinds, measures, strict=True)
+    )
 
 
 def _check_count(name: str, values: object, yarns: str, count: int) -> None:

@@ -29,7 +29,7 @@ WORTH_A_WARNING = 0.1
 
 
 class OverlapWarning(UserWarning):
-    """Yarns of a fabric that is rendered pass through each other."""
+    """Yarns of a fabric pass through each other, or had to become very narrow not to."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)

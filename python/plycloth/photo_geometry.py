@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 
 from plycloth.bsdf import PlyBsdf
 from plycloth.fabric import Fabric
+from plycloth.overlap import OverlapWarning
 from plycloth.shared_cloth import relaxed_cloth
 from plycloth.weave import WeavePattern
 from plycloth.yarn import FlatYarn, RoundYarn, Yarn
@@ -87,13 +89,17 @@ class Geometry:
     @cached_property
     def _shape(self) -> Fabric:
         """The fabric, whatever it is made of."""
-        return Fabric(
+        fabric = Fabric(
             pattern=self.pattern,
             warp=self.warp.yarn(self.warp_spacing_mm, PlyBsdf()),
             weft=self.weft.yarn(self.weft_spacing_mm, PlyBsdf()),
             warp_spacing_mm=self.warp_spacing_mm,
             weft_spacing_mm=self.weft_spacing_mm,
-        ).fitted()
+        )
+        with warnings.catch_warnings():
+            # Guesses without room are left out, see `has_room`.
+            warnings.simplefilter("ignore", OverlapWarning)
+            return fabric.fitted(progress=False)
 
     @property
     def covers(self) -> tuple[float, float]:
