@@ -157,11 +157,11 @@ def test_ribbons_keep_their_width_unless_it_exceeds_the_spacing():
 
 
 def test_yarns_that_find_no_room_are_said_to_be_narrowed():
-    """A thick round yarn among ribbons that cross it closely comes down too steeply beside them."""
-    ribbon = pc.FlatYarn(1.0, pc.PlyBsdf(), thickness_mm=0.1)
-    cloth = fabric(WeavePattern.plain(), warp=0.45, weft=ribbon)
+    """A thick round yarn among wide ribbons comes down too steeply beside them."""
+    warp, ribbon = pc.RoundYarn(0.09, pc.PlyBsdf()), pc.FlatYarn(0.378, pc.PlyBsdf())
+    cloth = pc.Fabric(WeavePattern.twill(2, 1), warp, ribbon, 0.2, 0.42)
     with pytest.warns(pc.OverlapWarning, match=r"narrowed, to \d\.\d% of the room"):
-        assert cloth.fitted().warp.radius_mm < 0.1
+        assert cloth.fitted().warp.radius_mm < 0.009
 
 
 def test_a_picture_of_cut_yarns_warns_once_and_names_the_remedy():
