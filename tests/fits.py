@@ -49,6 +49,7 @@ class SmallPhotoFit:
         )
         self.fabric = self.result.fabric
         self.stopped = stopped
+        self.errors = self.result.errors
 
     def pictures(self):
         return {side: self.picture(side) for side in SIDES}

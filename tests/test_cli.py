@@ -140,6 +140,7 @@ COMPARISONS = [
     (["a.wif", "-o", "out.png", "--ground", "reddish"], "--ground: must be a colour such as"),
     (["cotton1", "kept.png", "-o", "./kept.png"], "kept.png: is an input, and would be replaced"),
     (["odd.wif", "-o", "out.png", "--strict"], "[WARP COLORS] 1: "),
+    (["cotton1", "--light", "sky.exr", "-o", "sky.exr"], "sky.exr: is an input, and would be"),
 ]
 
 
@@ -148,7 +149,8 @@ def test_bad_input_of_compare_is_one_line(arguments, message, tmp_path, monkeypa
     monkeypatch.chdir(tmp_path)
     pc.save(pc.PhotoRig(), "rig.json")
     pc.write_wif(pc.Draft.from_pattern(pc.WeavePattern.plain()), "a.wif")
-    pc.Image(np.ones((8, 8, 3))).save("kept.png")
+    for name in ("kept.png", "sky.exr"):
+        pc.Image(np.ones((8, 8, 3))).save(name)
     text = Path("a.wif").read_text(encoding="utf-8")
     Path("odd.wif").write_text(text + "[WARP COLORS]\n1=red\n", encoding="utf-8")
     assert main(["compare", *arguments]) == 2

@@ -117,7 +117,25 @@ def test_ctrl_c_leaves_the_best_fit_so_far(photographs, fits, tmp_path, capsys):
     assert (folder / "fabric.json").exists()
     out, err = capsys.readouterr()
     assert "(interrupted: the best so far)" in out
-    assert err == f"plycloth: interrupted: {folder} holds the best so far\n"
+    assert err.splitlines() == [
+        f"plycloth: interrupted: {folder} holds the best so far; its pictures follow, unless Ctrl-C"
+        " again",
+        f"plycloth: interrupted: {folder} holds the best so far",
+    ]
+
+
+def test_ctrl_c_while_pictures_are_made_leaves_the_fabric(
+    photographs, fits, tmp_path, monkeypatch, capsys
+):
+    def picture(self, side, **_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(SmallPhotoFit, "picture", picture)
+    folder = tmp_path / "out"
+    assert main(["fit", *map(str, photographs), "-o", str(folder)]) == 130
+    assert pc.Fabric.load(folder / "fabric.json") == SmallPhotoFit().fabric
+    assert {path.name for path in folder.iterdir()} == {"fit.json", "fabric.json"}
+    assert f"{folder} holds the fabric, but no pictures" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("fits", ["out of time"], indirect=True)

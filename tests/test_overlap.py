@@ -160,8 +160,27 @@ def test_yarns_that_find_no_room_are_said_to_be_narrowed():
     """A thick round yarn among wide ribbons comes down too steeply beside them."""
     warp, ribbon = pc.RoundYarn(0.09, pc.PlyBsdf()), pc.FlatYarn(0.378, pc.PlyBsdf())
     cloth = pc.Fabric(WeavePattern.twill(2, 1), warp, ribbon, 0.2, 0.42)
-    with pytest.warns(pc.OverlapWarning, match=r"narrowed, to \d\.\d% of the room"):
-        assert cloth.fitted().warp.radius_mm < 0.009
+    with pytest.warns(pc.OverlapWarning, match="however small they are: they stay as they are"):
+        assert cloth.fitted() == cloth
+
+
+def test_yarns_that_are_narrowed_to_little_are_told():
+    """Of two yarns that would meet, both are narrowed by one factor."""
+    thick, thin = pc.RoundYarn(2.0, pc.PlyBsdf()), pc.RoundYarn(0.1, pc.PlyBsdf())
+    cloth = pc.Fabric(WeavePattern.plain(), [thick, thin], thin, 1.0, 1.0)
+    with pytest.warns(pc.OverlapWarning, match=r"narrowed, to \d+\.\d% of the room"):
+        cloth.fitted()
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_ribbons_are_never_flattened_to_nothing(seed):
+    """Those whose neighbours lie at other heights pass through each other however thin they are."""
+    pattern = WeavePattern(np.random.default_rng(seed).random((5, 4)) < 0.5)
+    ribbon = pc.FlatYarn(0.9, pc.PlyBsdf())
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", pc.OverlapWarning)
+        fitted = fabric(pattern, warp=ribbon, weft=ribbon).fitted()
+    assert fitted.warp.thickness > 0.01 * ribbon.thickness
 
 
 def test_a_picture_of_cut_yarns_warns_once_and_names_the_remedy():

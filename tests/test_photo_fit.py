@@ -10,9 +10,12 @@ import plycloth as pc
 import pytest
 from plycloth import photo_search
 from plycloth.cells import cell_averages
+from plycloth.photo_geometry import COVERS
 from plycloth.photo_guess import find_threads, guess_geometries, usual_width, width_of
+from plycloth.photo_input import Lit
 from plycloth.photo_placement import Placement, find_placement
 from plycloth.photo_search import Effort
+from plycloth.photo_task import Known, make_task
 
 # Its cloth is what is measured or guessed, whether yarns overlap in it or not.
 pytestmark = pytest.mark.filterwarnings("ignore::plycloth.OverlapWarning")
@@ -119,8 +122,8 @@ def test_threads_per_length_tell_the_width():
 @pytest.mark.parametrize(
     ("given", "message"),
     [
-        ({"ends": 30, "width_mm": 80}, "ends must not be given with width_mm"),
-        ({"picks": 30, "geometries": [SATIN]}, "picks must not be given with geometries"),
+        ({"ends": 30, "width_mm": 80}, "width_mm must not be given with ends"),
+        ({"picks": 30, "geometries": [SATIN]}, "geometries must not be given with picks"),
         ({"ends": 0}, r"ends must be in \[0.1, 10000\]"),
         ({"ends": 30, "per": "foot"}, "per must be one of 'inch', 'cm'"),
     ],
@@ -128,6 +131,18 @@ def test_threads_per_length_tell_the_width():
 def test_counts_that_cannot_be_are_refused(given, message):
     with pytest.raises(pc.ParameterError, match=message):
         pc.fit_photographs(None, **given)
+
+
+def test_counts_that_contradict_the_picture_are_doubted():
+    y, x = np.mgrid[:256, :256]
+    lines = 0.5 + 0.2 * np.cos(2 * np.pi * x / 8) + 0.2 * np.cos(2 * np.pi * y / 4)
+    picture = Lit("twill.png", np.repeat(lines[..., None], 3, axis=2))
+    known = Known(None, 30.0, 60.0, "inch", 1.0, SATIN.pattern, COVERS, None, pc.PhotoRig())
+    assert not any("were given" in doubt for doubt in make_task({"front": picture}, known).doubts)
+    turned = replace(known, ends=60.0, picks=30.0)
+    (doubt,) = (d for d in make_task({"front": picture}, turned).doubts if "were given" in d)
+    assert "twill.png: there are 0.5 times as many ends as picks" in doubt
+    assert "but 2 times as many were given" in doubt
 
 
 def test_a_placement_is_found_where_the_residuals_vanish():

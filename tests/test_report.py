@@ -108,9 +108,20 @@ def test_pictures_of_an_earlier_fit_are_removed_and_nothing_else(tmp_path):
     names = {path.name for path in tmp_path.iterdir()}
     assert names == {"fit.json", "fabric.json", "front.png", "index.html", "mine.png"}
 
-    (tmp_path / "fit.json").write_text('{"pictures": ["../outside.png", 7]}', encoding="utf-8")
-    save_fit(tmp_path, Page("fit"), one_side, comparisons()[:1])
-    assert outside.exists()
+    ours = '{"parameters": [], "message": "", "pictures": %s}'
+    (tmp_path / "folder.png").mkdir()
+    for foreign in (
+        '{"pictures": ["mine.png"]}',
+        "[" * 99999,
+        *(
+            ours % names
+            for names in ('["../outside.png"]', '["a\\u0000.png"]', '["folder.png"]', "7")
+        ),
+    ):
+        (tmp_path / "fit.json").write_text(foreign, encoding="utf-8")
+        save_fit(tmp_path, Page("fit"), one_side, comparisons()[:1])
+        assert outside.exists()
+        assert (tmp_path / "mine.png").exists()
 
 
 def test_hidden_values_stand_beside_what_was_found(tmp_path):

@@ -127,7 +127,12 @@ def test_heights_are_taken_as_they_are():
     changed = replace(fabric, heights=flat)
     assert changed.relaxed() == flat
     assert changed.overlaps().worst > 0.1
-    assert changed.fitted().heights is None
+    # They stay with yarns that do.
+    thin = pc.RoundYarn(0.02, pc.PlyBsdf())
+    slack = twill(warp=thin, weft=thin)
+    kept = replace(slack, heights=slack.relaxed())
+    assert kept.fitted() == kept
+    assert replace(kept, warp=pc.RoundYarn(0.09, pc.PlyBsdf())).fitted().heights is None
 
 
 def test_heights_turn_over_with_the_cloth():
@@ -144,3 +149,14 @@ def test_heights_of_another_pattern_are_refused():
         twill(heights=heights)
     with pytest.raises(TypeError, match=r"Fabric\.heights must be a Relaxed"):
         twill(heights=np.zeros((3, 6)))
+
+
+def test_heights_of_another_cloth_are_refused():
+    fabric = twill()
+    known = replace(fabric, heights=fabric.relaxed())
+    with pytest.raises(pc.ParameterError, match=r"warp_spacing must be that of the fabric"):
+        replace(known, warp_spacing_mm=np.array([0.1, 0.2, 0.3]))
+    with pytest.raises(pc.ParameterError, match=r"heights must have the yarn on top .* at 3 cross"):
+        replace(known, pattern=pc.WeavePattern.twill(1, 2))
+    with pytest.raises(pc.ParameterError, match=r"warp_height\[0, 0\] must be in \[-1000, 1000\]"):
+        replace(fabric.relaxed(), warp_height=np.full((3, 6), 1e9))

@@ -87,15 +87,16 @@ class Fabric(Saved):
         k_c of Eq. 3, greater than 0. The default presses yarns into each other by less than 1e-3
         of their thickness; 1 is the paper's, with which they give way by some per cent.
     heights
-        The yarns' heights, if they are known, as `relaxed` returns them. They are taken as they
-        are, whatever the yarns. None: those of least energy.
+        The yarns' heights, if they are known, as `relaxed` returns them for this pattern and these
+        spacings. They are taken as they are, whatever the yarns. None: those of least energy.
 
     Raises
     ------
     ParameterError
         If a value lies outside its range, an array has not one row per yarn, a spacing is less
-        than 1/256 of the mean, a yarn is so wide that at the mean spacing it would reach past the
-        centre line of its second neighbour, or its pitch is less than an eighth of a crossing.
+        than 1/256 of the mean, heights are of another pattern or of other spacings, a yarn is so
+        wide that at the mean spacing it would reach past the centre line of its second neighbour,
+        or its pitch is less than an eighth of a crossing.
     TypeError
         If a value is not of the kind named.
     """
@@ -133,9 +134,21 @@ class Fabric(Saved):
         _check_count("weft_colors", self.weft_colors, "picks", self.pattern.picks)
         _check_count("warp", self.warp, "ends", self.pattern.ends)
         _check_count("weft", self.weft, "picks", self.pattern.picks)
-        _check_heights(self.heights, self.pattern)
         _check_yarns("warp", self.warp, self.warp_spacing_mm, self.weft_spacing_mm)
         _check_yarns("weft", self.weft, self.weft_spacing_mm, self.warp_spacing_mm)
+        if self.heights is not None:
+            self._check_heights(self.heights)
+
+    def _check_heights(self, heights: Relaxed) -> None:
+        """See that heights are of this pattern and these spacings."""
+        heights.check_shape("Fabric.heights", self.pattern)
+        for name, spacing in (("warp", self.end_spacing), ("weft", self.pick_spacing)):
+            own = getattr(heights, f"{name}_spacing")
+            if not np.allclose(own, spacing / self.unit_mm, rtol=1e-6, atol=0.0):
+                raise ParameterError(
+                    f"Fabric.heights.{name}_spacing must be that of the fabric over its mean: these"
+                    " are the heights of another cloth"
+                )
 
     @classmethod
     def from_draft(
@@ -248,7 +261,7 @@ class Fabric(Saved):
         not exceed the distance between neighbours; of ribbons and round yarns side by side both are
         narrowed where no narrowing of the round ones helps. Plies, pitch and BSDF stay. The time is
         that of one relaxation, up to two short ones, and some tests of all crossings. Heights that
-        were given are dropped.
+        were given are dropped if a yarn changes.
 
         Parameters
         ----------
@@ -259,10 +272,14 @@ class Fabric(Saved):
         Warns
         -----
         OverlapWarning
-            If yarns are narrowed to less than half of their width and of their spacing.
+            If yarns are narrowed to less than half of their width and of their spacing, or if no
+            size helps, so that they stay as they are.
         """
         with relaxing(progress, total=None) as report:
-            warp, weft = _plycloth.fitted(self, progress=report)
+            warp, weft, clear = _plycloth.fitted(self, progress=report)
+        if not clear:
+            message = "yarns pass through each other however small they are: they stay as they are"
+            warnings.warn(OverlapWarning(message), stacklevel=2)
         left = min(
             _part_left(self.warp_kinds, self.warp_spacing_mm, warp),
             _part_left(self.weft_kinds, self.weft_spacing_mm, weft),
@@ -270,12 +287,11 @@ class Fabric(Saved):
         if left < NARROW:
             message = f"yarns had to be narrowed, to {left:.1%} of the room that they had"
             warnings.warn(OverlapWarning(message), stacklevel=2)
-        return replace(
-            self,
-            warp=refit(self.warp, self.warp_kinds, self.end_kind, warp),
-            weft=refit(self.weft, self.weft_kinds, self.pick_kind, weft),
-            heights=None,
-        )
+        new_warp = refit(self.warp, self.warp_kinds, self.end_kind, warp)
+        new_weft = refit(self.weft, self.weft_kinds, self.pick_kind, weft)
+        if (new_warp, new_weft) == (self.warp, self.weft):
+            return self
+        return replace(self, warp=new_warp, weft=new_weft, heights=None)
 
     def turned_over(self) -> Self:
         """Return the same cloth with its back to the viewer, turned about the warp direction.
@@ -390,23 +406,6 @@ def _check_count(name: str, values: object, yarns: str, count: int) -> None:
             f"Fabric.{name} must have one {what} for each of the pattern's {count} {yarns},"
             f" not {len(values)}"
         )
-
-
-def _check_heights(heights: Relaxed | None, pattern: WeavePattern) -> None:
-    if heights is None:
-        return
-    ends, picks = pattern.ends, pattern.picks
-    for name, yarns, knots in (
-        ("warp_height", ends, 2 * picks),
-        ("warp_slope", ends, 2 * picks),
-        ("weft_height", picks, 2 * ends),
-        ("weft_slope", picks, 2 * ends),
-    ):
-        if (shape := getattr(heights, name).shape) != (yarns, knots):
-            raise ParameterError(
-                f"Fabric.heights.{name} must be {yarns} x {knots} for a pattern of {picks} picks x"
-                f" {ends} ends, not {shape[0]} x {shape[1]}"
-            )
 
 
 def _check_yarns(

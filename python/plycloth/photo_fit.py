@@ -22,7 +22,7 @@ from plycloth.photo_exposure import GreyCard
 from plycloth.photo_geometry import COVERS, Geometry
 from plycloth.photo_input import Photograph, read_photographs
 from plycloth.photo_placement import Placement
-from plycloth.photo_search import Candidate, Search, Trial, plan
+from plycloth.photo_search import Candidate, Search, Trial, plan, unbiased_error
 from plycloth.photo_task import Known, make_task
 from plycloth.progress import Progress, reporting
 from plycloth.render import render
@@ -92,6 +92,14 @@ class PhotoFit:
         """The fitted fabric."""
         return self.result.fabric
 
+    @property
+    def errors(self) -> list[float]:
+        """The relative error of each picture; where paths were few, half of their noise at least.
+
+        Those of the `result` have no noise in them, but may come out as 0 if there was much.
+        """
+        return [unbiased_error(match) for match in self.result.matches]
+
     def scene(self, side: str) -> Scene:
         """Return the rig's scene with the fitted fabric, lit from "front" or "back"."""
         return self.placements[_side("side", side)].scene(self.rig, self.fabric, side, self.size)
@@ -142,7 +150,7 @@ class PhotoFit:
             "stopped": self.stopped,
             "width_mm": self.rig.picture_width,
             "placements": {side: asdict(p) for side, p in self.placements.items()},
-            "errors": self.result.errors,
+            "errors": self.errors,
             "lenses": {side: asdict(lens) for side, lens in self.lenses.items()},
             "parameters": [asdict(e) for e in self.result.estimates],
             "candidates": [
@@ -285,10 +293,13 @@ def _photo_fit(best: Trial, search: Search) -> PhotoFit:
         doubts=task.doubts,
         stopped=search.stopped,
     )
-    rendered = [
-        sharp.picture(side, spp=BLUR_SPP, threads=search.threads, progress=False)
-        for side in task.images
-    ]
+    try:
+        rendered = [
+            sharp.picture(side, spp=BLUR_SPP, threads=search.threads, progress=False)
+            for side in task.images
+        ]
+    except KeyboardInterrupt:
+        return replace(sharp, stopped="interrupted")
     blur = matching_blur(rendered, list(task.images.values()))
     lenses = {side: replace(lens, blur=blur) for side, lens in sharp.lenses.items()}
     return replace(sharp, lenses=lenses)

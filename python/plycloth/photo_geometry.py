@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from plycloth.bsdf import PlyBsdf
 from plycloth.fabric import Fabric
-from plycloth.overlap import OverlapWarning
+from plycloth.overlap import WORTH_A_WARNING, OverlapWarning
 from plycloth.shared_cloth import relaxed_cloth
 from plycloth.weave import WeavePattern
 from plycloth.yarn import FlatYarn, RoundYarn, Yarn
@@ -113,9 +113,12 @@ class Geometry:
     def has_room(self, least_cover: float) -> bool:
         """Tell whether its yarns fit side by side and across, and are still so wide.
 
-        A wide round yarn finds no room among ribbons that cross it closely.
+        A wide round yarn finds no room among ribbons that cross it closely, and ribbons find none
+        where neighbours lie at heights that differ.
         """
-        return min(self.covers) >= least_cover * (1.0 - ROUNDING)
+        if min(self.covers) < least_cover * (1.0 - ROUNDING):
+            return False
+        return self._shape.overlaps().worst < WORTH_A_WARNING
 
     @property
     def depths(self) -> tuple[float, float]:

@@ -26,6 +26,9 @@ from plycloth.weave import WeavePattern
 
 FloatArray = NDArray[np.float64]
 
+# Counts of ends and picks whose ratio is off by this factor contradict the picture.
+LIKE = 1.15
+
 # Yarns of a geometry that a user names may be narrowed to this part until they fit.
 LEAST_KEPT = 0.5
 
@@ -82,7 +85,7 @@ class Known:
             for other in ("width_mm", "geometries"):
                 if getattr(self, other) is not None:
                     raise ParameterError(
-                        f"{name} must not be given with {other}: both say how large the cloth is"
+                        f"{other} must not be given with {name}: both say how large the cloth is"
                     )
 
 
@@ -126,7 +129,6 @@ def make_task(photographs: Mapping[str, Lit], known: Known) -> Task:
     rig, scale = _real_rig(known, threads, width_px)
     lens, look, brightness = _exposure_of(known, rig, images)
     geometries, cloth = _geometries(known, threads, rig, width_px)
-    doubt = None if threads is None else threads.spacing.doubt
     sides = [] if len(images) == 2 else [_unseen(next(iter(images)))]
     return Task(
         images=images,
@@ -136,10 +138,25 @@ def make_task(photographs: Mapping[str, Lit], known: Known) -> Task:
         look=look,
         covers=known.covers,
         assumptions=[scale, brightness, *cloth, *sides],
-        doubts=[]
-        if threads is None or doubt is None
-        else [f"{photographs[threads.side].name}: {doubt}"],
+        doubts=_doubts(photographs, threads, known),
     )
+
+
+def _doubts(photographs: Mapping[str, Lit], threads: Threads | None, known: Known) -> list[str]:
+    if threads is None:
+        return []
+    doubts = [] if threads.spacing.doubt is None else [threads.spacing.doubt]
+    ends, picks = known.spacings_mm
+    warp_px, weft_px = threads.pitch_px
+    if ends is not None and picks is not None:
+        given, seen = picks / ends, weft_px / warp_px
+        if not 1.0 / LIKE < given / seen < LIKE:
+            doubts.append(
+                f"there are {seen:.2g} times as many ends as picks per length in the picture, but"
+                f" {given:.2g} times as many were given: perhaps the spectrum was misread, or the"
+                " cloth lies on its side"
+            )
+    return [f"{photographs[threads.side].name}: {doubt}" for doubt in doubts]
 
 
 def _threads_of(photographs: Mapping[str, Lit]) -> Threads:

@@ -44,6 +44,7 @@ def save_fit(
     comparisons: Sequence[Comparison],
     *,
     record: Mapping[str, Any] | None = None,
+    errors: Sequence[float] | None = None,
     hidden: Mapping[str, float] | None = None,
     gamma: float = GAMMA,
     dpi: float | None = None,
@@ -67,6 +68,8 @@ def save_fit(
     record
         What `fit.json` holds, as plain values; None: what `fit_record` says. Its "candidates",
         if it has any, are the geometries that were tried: mappings with the same keys.
+    errors
+        The relative error of each picture; None: those of the result.
     hidden
         The true value of each parameter by its label, where they are known.
     gamma
@@ -79,31 +82,47 @@ def save_fit(
     OSError
         If a file cannot be written.
     """
-    folder = Path(folder)
-    folder.mkdir(parents=True, exist_ok=True)
-    result.fabric.save(folder / "fabric.json")
+    folder, names = Path(folder), [each.name for each in comparisons]
     if record is None:
-        record = fit_record(result, [each.name for each in comparisons], hidden)
-    _remove_pictures(folder / "fit.json")
-    record = dict(record) | {"pictures": [f"{each.name}.png" for each in comparisons]}
-    (folder / "fit.json").write_text(json.dumps(record, indent=2) + "\n", encoding="utf-8")
+        record = fit_record(result, names, hidden)
+    save_record(folder, result, record, names)
     for comparison in comparisons:
         comparison.fitted.save(folder / f"{comparison.name}.png", gamma=gamma, dpi=dpi)
     candidates = record.get("candidates", ())
-    add_fit(page, result, comparisons, candidates=candidates, hidden=hidden, gamma=gamma)
+    add_fit(
+        page,
+        result,
+        comparisons,
+        errors=errors,
+        candidates=candidates,
+        hidden=hidden,
+        gamma=gamma,
+    )
     page.save(folder / "index.html")
+
+
+def save_record(
+    folder: Path, result: FitResult, record: Mapping[str, Any], names: Sequence[str]
+) -> None:
+    """Write `fabric.json` and `fit.json`, before the pictures with these names are there."""
+    folder.mkdir(parents=True, exist_ok=True)
+    result.fabric.save(folder / "fabric.json")
+    _remove_pictures(folder / "fit.json")
+    whole = dict(record) | {"pictures": [f"{name}.png" for name in names]}
+    (folder / "fit.json").write_text(json.dumps(whole, indent=2) + "\n", encoding="utf-8")
 
 
 def _remove_pictures(record: Path) -> None:
     """Remove the pictures of an earlier fit, which would be taken for some of this one."""
     try:
-        names = json.loads(record.read_bytes())["pictures"]
+        earlier = json.loads(record.read_bytes())
+        names = earlier["pictures"] if {"parameters", "message"} <= earlier.keys() else ()
         pictures = [record.with_name(name) for name in names if name.endswith(".png")]
-    except (OSError, ValueError, KeyError, TypeError, AttributeError):
-        # There is none, or it is none of ours.
+        for picture in pictures:
+            picture.unlink(missing_ok=True)
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
+        # There is none, or it is none of ours: what is there stays.
         return
-    for picture in pictures:
-        picture.unlink(missing_ok=True)
 
 
 def fit_record(
@@ -130,6 +149,7 @@ def add_fit(
     result: FitResult,
     comparisons: Sequence[Comparison],
     *,
+    errors: Sequence[float] | None = None,
     candidates: Sequence[Mapping[str, object]] = (),
     hidden: Mapping[str, float] | None = None,
     gamma: float = GAMMA,
@@ -137,7 +157,8 @@ def add_fit(
     """Add to a page: pictures and errors, parameters, convergence, and geometries tried."""
     page.heading("Pictures")
     page.text("On the left what was fitted to, on the right the fitted fabric.")
-    for comparison, error in zip(comparisons, result.errors, strict=True):
+    errors = result.errors if errors is None else errors
+    for comparison, error in zip(comparisons, errors, strict=True):
         caption = f"{comparison.name}: fitted, relative error {error:.1%}"
         target = (f"{comparison.name}: target", comparison.target)
         page.pictures([target, (caption, comparison.fitted)], gamma=gamma)

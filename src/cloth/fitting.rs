@@ -21,7 +21,7 @@ const MAX_ASPECT: f64 = 3.0;
 /// Halvings of the range of aspects, or of sizes.
 const HALVINGS: usize = 7;
 
-/// The size at which the search gives up.
+/// The least size that is tried.
 const LEAST_SIZE: f64 = 1.0 / 64.0;
 
 /// Relaxations, of which each begins with what the last has led to.
@@ -31,11 +31,13 @@ const ROUNDS: usize = 3;
 const WATCHED: usize = 256;
 
 /// The cloth with yarns that are as wide as the given ones as far as their neighbours leave room, and
-/// as round as fits; [`TOLERANCE`] says what counts as an overlap. Yarns of one kind stay of one.
+/// as round as fits, and whether none overlap; [`TOLERANCE`] says what counts. Yarns of one kind stay of
+/// one. Where no size helps, such as of ribbons whose neighbours lie at other heights, they stay as they
+/// are.
 ///
 /// With a stiff contact heights are proportional to how far the yarns keep from each other: a search
 /// needs one relaxation, and a short one to confirm it.
-pub fn fitted(spec: &ClothSpec, control: &Control) -> Result<ClothSpec> {
+pub fn fitted(spec: &ClothSpec, control: &Control) -> Result<(ClothSpec, bool)> {
     let mut spec = spec.clone();
     for yarns in [&mut spec.warp, &mut spec.weft] {
         cap(yarns);
@@ -46,14 +48,15 @@ pub fn fitted(spec: &ClothSpec, control: &Control) -> Result<ClothSpec> {
         if search.is_clear(0..spec.pattern.warp_up.len(), UNCHANGED, TOLERANCE)? {
             break;
         }
-        let next = changed(&spec, search.run()?);
+        let Some(change) = search.run()? else { return Ok((spec, false)) };
+        let next = changed(&spec, change);
         if round < ROUNDS {
             let scale = next.contact() / spec.contact();
             relaxed = relax_near(&next.relax_problem(), &relaxed, scale, control)?;
         }
         spec = next;
     }
-    Ok(spec)
+    Ok((spec, true))
 }
 
 /// What is done to all yarns: see [`other`].
@@ -77,35 +80,40 @@ struct Search<'a> {
 impl Search<'_> {
     /// Few crossings decide: the search is one among these, and those are added that it leaves
     /// overlapping.
-    fn run(&self) -> Result<Change> {
+    fn run(&self) -> Result<Option<Change>> {
         let count = self.spec.pattern.warp_up.len();
         let mut watched: Vec<_> = (0..count).step_by(count.div_ceil(WATCHED)).collect();
         loop {
-            let change = self.among(&watched)?;
+            let Some(change) = self.among(&watched)? else { return Ok(None) };
             let overlapping = self.overlapping(change)?;
-            if overlapping.is_empty() || change.size == LEAST_SIZE {
-                return Ok(change);
+            if overlapping.is_empty() {
+                return Ok(Some(change));
             }
             watched.extend(&overlapping[..overlapping.len().min(WATCHED)]);
         }
     }
 
-    /// The least change that clears these crossings.
-    fn among(&self, crossings: &[usize]) -> Result<Change> {
+    /// The least change that clears these crossings, if one does.
+    fn among(&self, crossings: &[usize]) -> Result<Option<Change>> {
         let clear = |change| self.is_clear(crossings.par_iter().copied(), change, AIM);
         let pressed = |press| Change { press, ..UNCHANGED };
         if clear(pressed(1.0))? {
-            return Ok(pressed(bisected([1.0, 0.0], |press| clear(pressed(press)))?));
+            return Ok(Some(pressed(bisected([1.0, 0.0], |press| clear(pressed(press)))?)));
         }
         let smaller = |size| Change { size, ..pressed(1.0) };
-        let sets = [&self.spec.warp, &self.spec.weft];
-        if !sets.iter().any(|yarns| yarns.mixes_ribbons()) || clear(smaller(LEAST_SIZE))? {
-            return Ok(smaller(bisected([LEAST_SIZE, 1.0], |size| clear(smaller(size)))?));
+        if clear(smaller(LEAST_SIZE))? {
+            return Ok(Some(smaller(bisected([LEAST_SIZE, 1.0], |size| clear(smaller(size)))?)));
+        }
+        if ![&self.spec.warp, &self.spec.weft].iter().any(|yarns| yarns.mixes_ribbons()) {
+            return Ok(None);
         }
         // Beside a thicker yarn what crosses a ribbon comes down too steeply at its edge, however
         // small all heights are.
         let narrower = |size| Change { ribbon: size, ..smaller(size) };
-        Ok(narrower(bisected([LEAST_SIZE, 1.0], |size| clear(narrower(size)))?))
+        if !clear(narrower(LEAST_SIZE))? {
+            return Ok(None);
+        }
+        Ok(Some(narrower(bisected([LEAST_SIZE, 1.0], |size| clear(narrower(size)))?)))
     }
 
     fn is_clear(

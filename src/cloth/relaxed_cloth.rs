@@ -11,6 +11,7 @@ use super::swatch::Swatch;
 use super::tile::Tile;
 use crate::control::Control;
 use crate::error::{Error, Result};
+use crate::memory;
 use crate::weave::curve::HeightCurves;
 use crate::weave::relax::{Relaxed, relax};
 
@@ -44,13 +45,13 @@ impl RelaxedCloth {
         let warp = curves("warp", warp, slots[0].len(), slots[1])?;
         let weft = curves("weft", weft, slots[1].len(), slots[0])?;
         let warp = HeightCurves {
-            height: turned_round(&warp.height, 2 * picks, 1.0),
-            slope: turned_round(&warp.slope, 2 * picks, -1.0),
+            height: turned_round(&warp.height, 2 * picks, 1.0)?,
+            slope: turned_round(&warp.slope, 2 * picks, -1.0)?,
             ..warp
         };
         let weft = HeightCurves {
-            height: rows_reversed(&weft.height, picks),
-            slope: rows_reversed(&weft.slope, picks),
+            height: rows_reversed(&weft.height, picks)?,
+            slope: rows_reversed(&weft.slope, picks)?,
             ..weft
         };
         let relaxed = Relaxed::known(warp, weft);
@@ -58,15 +59,15 @@ impl RelaxedCloth {
     }
 
     /// The heights of warp and weft with picks counted from the top, as a pattern has them.
-    pub fn heights(&self) -> [Curves; 2] {
+    pub fn heights(&self) -> Result<[Curves; 2]> {
         let (Relaxed { warp, weft, .. }, picks) = (&*self.relaxed, self.spec.pattern.picks);
-        [
+        Ok([
             [
-                turned_round(&warp.height, 2 * picks, 1.0),
-                turned_round(&warp.slope, 2 * picks, -1.0),
+                turned_round(&warp.height, 2 * picks, 1.0)?,
+                turned_round(&warp.slope, 2 * picks, -1.0)?,
             ],
-            [rows_reversed(&weft.height, picks), rows_reversed(&weft.slope, picks)],
-        ]
+            [rows_reversed(&weft.height, picks)?, rows_reversed(&weft.slope, picks)?],
+        ])
     }
 
     fn of(spec: ClothSpec, relaxed: Relaxed) -> Self {
@@ -110,14 +111,21 @@ fn curves(
 }
 
 /// Values at `knots` places of each of some yarns that are seen from their other end.
-fn turned_round(values: &[f64], knots: usize, sign: f64) -> Vec<f64> {
-    let turned = |yarn: &[f64]| (0..knots).map(|k| sign * yarn[(knots - k) % knots]).collect();
-    values.chunks_exact(knots).flat_map(|yarn| -> Vec<f64> { turned(yarn) }).collect()
+fn turned_round(values: &[f64], knots: usize, sign: f64) -> Result<Vec<f64>> {
+    let turned = |yarn: usize, k: usize| sign * values[yarn * knots + (knots - k) % knots];
+    reordered(values.len(), |i| turned(i / knots, i % knots))
 }
 
 /// The values of yarns that are counted from the other side.
-fn rows_reversed(values: &[f64], rows: usize) -> Vec<f64> {
-    values.chunks_exact(values.len() / rows).rev().flatten().copied().collect()
+fn rows_reversed(values: &[f64], rows: usize) -> Result<Vec<f64>> {
+    let row = values.len() / rows;
+    reordered(values.len(), |i| values[(rows - 1 - i / row) * row + i % row])
+}
+
+fn reordered(count: usize, value: impl Fn(usize) -> f64) -> Result<Vec<f64>> {
+    let mut indices = 0..count;
+    let next = || value(indices.next().expect("as many as there are"));
+    memory::table("copying the heights of a cloth", count, next)
 }
 
 impl ClothSpec {

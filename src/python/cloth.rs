@@ -13,10 +13,14 @@ use crate::cloth::clearance::Woven;
 use crate::cloth::fitting;
 use crate::cloth::relaxed_cloth::{Curves, RelaxedCloth};
 use crate::cloth::spec::YarnShape;
+use crate::memory;
 
 /// A relaxed cloth, which scenes may share.
 #[pyclass(frozen, weakref, module = "plycloth._plycloth")]
 pub struct CompiledCloth(pub RelaxedCloth);
+
+/// What a relaxation says of itself, and its curves.
+type Heights<'py> = (f64, f64, u64, CurveArrays<'py>, CurveArrays<'py>);
 
 #[pymethods]
 impl CompiledCloth {
@@ -38,12 +42,12 @@ impl CompiledCloth {
     }
 
     /// Energy, gradient norm, iterations, and the curves of warp and weft in the pattern's order.
-    fn heights<'py>(&self, py: Python<'py>) -> (f64, f64, u64, CurveArrays<'py>, CurveArrays<'py>) {
+    fn heights<'py>(&self, py: Python<'py>) -> PyResult<Heights<'py>> {
         let (relaxed, pattern) = (&self.0.relaxed, &self.0.spec.pattern);
-        let [warp, weft] = py.detach(|| self.0.heights());
+        let [warp, weft] = py.detach(|| self.0.heights())?;
         let warp = curve_arrays(py, warp, [pattern.ends, 2 * pattern.picks]);
         let weft = curve_arrays(py, weft, [pattern.picks, 2 * pattern.ends]);
-        (relaxed.energy, relaxed.gradient_norm, relaxed.iterations, warp, weft)
+        Ok((relaxed.energy, relaxed.gradient_norm, relaxed.iterations, warp, weft))
     }
 
     /// How deep yarns overlap at each crossing: picks x ends, in millimetres.
@@ -94,7 +98,10 @@ fn known_heights(fabric: &Bound<'_, PyAny>) -> PyResult<Option<[Curves; 2]>> {
     }
     let values = |name: &str| -> PyResult<Vec<f64>> {
         let array: PyReadonlyArray2<'_, f64> = heights.getattr(name)?.extract()?;
-        Ok(array.as_array().iter().copied().collect())
+        let array = array.as_array();
+        let mut values = array.iter().copied();
+        let next = || values.next().expect("as many as there are");
+        Ok(memory::table("reading the heights of a fabric", array.len(), next)?)
     };
     Ok(Some([
         [values("warp_height")?, values("warp_slope")?],
@@ -103,7 +110,7 @@ fn known_heights(fabric: &Bound<'_, PyAny>) -> PyResult<Option<[Curves; 2]>> {
 }
 
 /// How wide and high the yarns are to be so that none overlap: for each kind of end and of pick half
-/// the width, the thickness, and the collision radius, in millimetres.
+/// the width, the thickness, and the collision radius, in millimetres; and whether none do.
 #[pyfunction]
 #[pyo3(signature = (fabric, threads=None, progress=None))]
 pub fn fitted(
@@ -111,10 +118,13 @@ pub fn fitted(
     fabric: FabricDescription<'_>,
     threads: Option<usize>,
     progress: Option<&Bound<'_, PyAny>>,
-) -> PyResult<[Vec<[f64; 3]>; 2]> {
+) -> PyResult<(Vec<[f64; 3]>, Vec<[f64; 3]>, bool)> {
     let spec = fabric.cloth()?;
-    let fitted = gate::run(py, threads, progress, |control| fitting::fitted(&spec, control))?;
+    let (fitted, clear) =
+        gate::run(py, threads, progress, |control| fitting::fitted(&spec, control))?;
     let measures =
         |shape: &YarnShape| [shape.half_width(), shape.thickness(), shape.collision_radius()];
-    Ok([fitted.warp, fitted.weft].map(|yarns| yarns.shapes().map(measures).collect()))
+    let [warp, weft] =
+        [fitted.warp, fitted.weft].map(|yarns| yarns.shapes().map(measures).collect());
+    Ok((warp, weft, clear))
 }

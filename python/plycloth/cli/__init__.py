@@ -88,7 +88,8 @@ def _one_line(error: Exception) -> str:
 @contextmanager
 def _warnings_on_one_line() -> Iterator[None]:
     def show(message: Warning | str, *_: object) -> None:
-        print(f"plycloth: warning: {' '.join(str(message).split())}", file=sys.stderr)
+        text = " ".join(str(message).split()).replace("(trim=False keeps", "(--untrimmed keeps")
+        print(f"plycloth: warning: {text}", file=sys.stderr)
 
     with warnings.catch_warnings():
         warnings.simplefilter("always", UserWarning)

@@ -1,7 +1,6 @@
 """`plycloth compare`: several cloths and pictures in one picture."""
 
 import argparse
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +8,7 @@ from plycloth.cli.options import (
     add_common,
     add_picture,
     add_strict,
+    check_inputs_stay,
     check_output,
     ground,
     light,
@@ -56,7 +56,7 @@ def add_compare(commands: Any) -> None:
 def _compare(options: argparse.Namespace) -> None:
     check_output(options.output)
     checked_dpi("--dpi", options.dpi)
-    _check_inputs_stay(options.inputs, options.output)
+    check_inputs_stay([*options.inputs, options.light], options.output)
     subjects = [(Path(name).name, subject(name, strict=options.strict)) for name in options.inputs]
     image = compare(
         subjects,
@@ -71,9 +71,3 @@ def _compare(options: argparse.Namespace) -> None:
     )
     image.save(options.output, dpi=options.dpi)
     say(options, f"{options.output}: {', '.join(label for label, _ in subjects)}")
-
-
-def _check_inputs_stay(inputs: Sequence[str], output: Path) -> None:
-    for name in inputs:
-        if output.exists() and Path(name).exists() and output.samefile(name):
-            raise ValueError(f"{output}: is an input, and would be replaced; name another file")

@@ -1,9 +1,12 @@
 """`plycloth fit`: a fabric from photographs."""
 
+from __future__ import annotations
+
 import argparse
+import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from plycloth._json import load_as
 from plycloth.cli.counts import SETTS, add_setts
@@ -13,11 +16,14 @@ from plycloth.image_write import checked_dpi
 from plycloth.page import Page
 from plycloth.photo_exposure import GREY, GreyCard
 from plycloth.photo_geometry import COVERS
-from plycloth.report import Comparison, save_fit
+from plycloth.report import Comparison, save_fit, save_record
 from plycloth.rig import RIG, PhotoRig
 from plycloth.trade import spacing_mm, threads_per
 from plycloth.weave import WeavePattern
 from plycloth.wif import read_wif
+
+if TYPE_CHECKING:
+    from plycloth.photo_fit import PhotoFit
 
 SIDES = ("front", "back")
 # Reflectances of cards to photograph for the exposure, by option.
@@ -121,12 +127,8 @@ def _fit(options: argparse.Namespace) -> None:
     found = fit_photographs(
         given.get("front"), given.get("back"), rig=rig, progress=progress(options), **known
     )
-    comparisons = [
-        Comparison(
-            side, read_photograph(path, rig.gamma), found.picture(side, **_looking(options, side))
-        )
-        for side, path in given.items()
-    ]
+    save_record(options.output, found.result, found.summary(), list(given))
+    comparisons = _comparisons(options, found, given, rig)
     page = Page(f"Fabric of {' and '.join(path.name for path in given.values())}")
     page.text(f"The geometry that fits best: {found.geometry}.")
     for note in found.notes:
@@ -137,10 +139,11 @@ def _fit(options: argparse.Namespace) -> None:
         found.result,
         comparisons,
         record=found.summary(),
+        errors=found.errors,
         gamma=rig.gamma,
         dpi=options.dpi,
     )
-    errors = zip(given, found.result.errors, strict=True)
+    errors = zip(given, found.errors, strict=True)
     summary = ", ".join(f"{side} {error:.1%}" for side, error in errors)
     stopped = "" if found.stopped is None else f" ({found.stopped}: the best so far)"
     say(options, f"{options.output / 'index.html'}: relative errors {summary}{stopped}")
@@ -149,6 +152,27 @@ def _fit(options: argparse.Namespace) -> None:
         say(options, assumption)
     if found.stopped == "interrupted":
         raise KeyboardInterrupt(f"{options.output} holds the best so far")
+
+
+def _comparisons(
+    options: argparse.Namespace, found: PhotoFit, given: dict[str, Path], rig: PhotoRig
+) -> list[Comparison]:
+    """Render what the photographs show; Ctrl-C leaves it out."""
+    if found.stopped == "interrupted":
+        line = f"{options.output} holds the best so far; its pictures follow, unless Ctrl-C again"
+        print(f"plycloth: interrupted: {line}", file=sys.stderr)
+    try:
+        return [
+            Comparison(
+                side,
+                read_photograph(path, rig.gamma),
+                found.picture(side, **_looking(options, found, side)),
+            )
+            for side, path in given.items()
+        ]
+    except KeyboardInterrupt:
+        left = f"{options.output} holds the fabric, but no pictures"
+        raise KeyboardInterrupt(left) from None
 
 
 def _given(options: argparse.Namespace) -> dict[str, Path]:
@@ -162,9 +186,10 @@ def _given(options: argparse.Namespace) -> dict[str, Path]:
     return {"front": options.front, "back": options.back}
 
 
-def _looking(options: argparse.Namespace, side: str) -> dict[str, Any]:
+def _looking(options: argparse.Namespace, found: PhotoFit, side: str) -> dict[str, Any]:
     """Return how a picture to look at is rendered."""
-    spp = QUICK_SPP[side] if options.quick else None
+    is_quick = options.quick or found.stopped is not None
+    spp = QUICK_SPP[side] if is_quick else None
     return {"spp": spp, "threads": options.threads, "progress": progress(options)}
 
 

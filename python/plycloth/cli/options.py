@@ -2,6 +2,7 @@
 
 import argparse
 import re
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -103,6 +104,13 @@ def check_output(path: Path) -> None:
         raise ImageError(f"{path}: must end in one of {', '.join(WRITABLE)}")
     if not path.parent.is_dir():
         raise ValueError(f"{path}: there is no folder {path.parent}")
+
+
+def check_inputs_stay(inputs: Iterable[str | Path], output: Path) -> None:
+    """See that the result replaces no file that it is made from."""
+    for name in inputs:
+        if output.exists() and Path(name).exists() and output.samefile(name):
+            raise ValueError(f"{output}: is an input, and would be replaced; name another file")
 
 
 def light(options: argparse.Namespace) -> str | tuple[Light, ...]:

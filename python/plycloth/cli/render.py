@@ -13,6 +13,7 @@ from plycloth.cli.options import (
     add_common,
     add_picture,
     add_strict,
+    check_inputs_stay,
     check_output,
     ground,
     light,
@@ -106,6 +107,7 @@ def add_render(commands: Any) -> None:
 def _render(options: argparse.Namespace) -> None:
     check_output(options.output)
     checked_dpi("--dpi", options.dpi)
+    check_inputs_stay([options.draft, options.light], options.output)
     scene, shown = _scene(options)
     renderer = Renderer(scene, seed=options.seed, threads=options.threads)
     save = partial(Image.save, dpi=options.dpi)
