@@ -109,6 +109,9 @@ fn known_heights(fabric: &Bound<'_, PyAny>) -> PyResult<Option<[Curves; 2]>> {
     ]))
 }
 
+/// Of each kind of yarn.
+type Measures = Vec<[f64; 3]>;
+
 /// How wide and high the yarns are to be so that none overlap: for each kind of end and of pick half
 /// the width, the thickness, and the collision radius, in millimetres; and whether none do.
 #[pyfunction]
@@ -118,7 +121,7 @@ pub fn fitted(
     fabric: FabricDescription<'_>,
     threads: Option<usize>,
     progress: Option<&Bound<'_, PyAny>>,
-) -> PyResult<(Vec<[f64; 3]>, Vec<[f64; 3]>, bool)> {
+) -> PyResult<(Measures, Measures, bool)> {
     let spec = fabric.cloth()?;
     let (fitted, clear) =
         gate::run(py, threads, progress, |control| fitting::fitted(&spec, control))?;
