@@ -99,10 +99,10 @@ def test_what_is_no_picture_is_refused():
 @pytest.mark.parametrize(
     ("pixels", "error", "message"),
     [
-        ("x", TypeError, "pixels: must hold real numbers, not 'x'"),
-        (None, TypeError, "pixels: must hold real numbers, not None"),
-        ([["a"]], TypeError, "pixels: must hold real numbers"),
-        ([[1.0], [1.0, 2.0]], ValueError, "pixels: .* rows differ in length"),
+        ("x", TypeError, "pixels must hold real numbers, not 'x'"),
+        (None, TypeError, "pixels must hold real numbers, not None"),
+        ([["a"]], TypeError, "pixels must hold real numbers"),
+        ([[1.0], [1.0, 2.0]], ValueError, "pixels .* rows differ in length"),
     ],
 )
 def test_pixels_are_numbers(pixels, error, message):

@@ -276,13 +276,19 @@ def _check_values(name: str, values: NDArray[Any], valid: Range) -> None:
         raise ParameterError(f"{name}{index} must be {valid}, not {values[where]}")
 
 
-def _float_array(name: str, value: Any, dtype: type) -> NDArray[Any]:
+def real_array(name: str, value: Any, *, kinds: str = "fiu") -> NDArray[Any]:
+    """Return what is given as an array, if its type is of one of the kinds (numpy's letters)."""
     try:
         given = np.asarray(value)
     except ValueError:
         raise ParameterError(f"{name} must be an array, but its rows differ in length") from None
-    if given.dtype.kind not in "fiu":
+    if given.dtype.kind not in kinds:
         raise TypeError(f"{name} must hold real numbers, not {_describe(value)}")
+    return given
+
+
+def _float_array(name: str, value: Any, dtype: type) -> NDArray[Any]:
+    given = real_array(name, value)
     # Adding 0 turns -0 into 0, so that equal arrays have equal bytes and thus equal hashes.
     with np.errstate(over="ignore"):
         stored: NDArray[Any] = np.array(given, dtype, order="C")

@@ -8,6 +8,9 @@ import numpy.typing as npt
 
 from plycloth.bsdf import PlyBsdf
 
+# Heights and slopes, yarns x knots each.
+_Curves = tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]
+
 __version__: str
 
 class ConvergenceError(RuntimeError):
@@ -33,8 +36,8 @@ def relax(
     float,
     float,
     int,
-    tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]],
-    tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]],
+    _Curves,
+    _Curves,
 ]: ...
 def to_srgb(codes: npt.NDArray[np.float32], profile: bytes) -> npt.NDArray[np.float32]: ...
 
@@ -49,8 +52,8 @@ class CompiledCloth:
         float,
         float,
         int,
-        tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]],
-        tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]],
+        _Curves,
+        _Curves,
     ]: ...
     def overlaps(self, threads: int | None = None) -> npt.NDArray[np.float64]: ...
     def overlaps_beyond(self, part: float, threads: int | None = None) -> bool: ...

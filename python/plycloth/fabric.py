@@ -15,7 +15,6 @@ from plycloth._check import (
     POSITIVE,
     UNIT,
     NumberOrNumbers,
-    ParameterError,
     array,
     instance,
     integer,
@@ -26,14 +25,15 @@ from plycloth._check import (
 from plycloth._color import decode
 from plycloth._saved import Saved
 from plycloth.draft_yarns import draft_yarns
+from plycloth.fabric_check import check_count, check_heights, check_yarns, with_pitch
 from plycloth.overlap import Overlaps, OverlapWarning
 from plycloth.progress import Progress, relaxing
 from plycloth.relax import Relaxed
 from plycloth.shared_cloth import relaxed_cloth
 from plycloth.trade import spacing_mm
 from plycloth.weave import WeavePattern
-from plycloth.yarn import RoundYarn, Yarn
-from plycloth.yarn_set import MAX_HALF_WIDTH, Yarns, kinds_of, one_or_each, refit
+from plycloth.yarn import Yarn
+from plycloth.yarn_set import Yarns, kinds_of, one_or_each, refit
 
 if TYPE_CHECKING:
     from plycloth.draft import Draft
@@ -46,17 +46,10 @@ Colors = Annotated[FloatArray | None, optional(array((None, 3), UNIT))]
 Stiffness = Annotated[float, number(POSITIVE)]
 Heights = Annotated[Relaxed | None, optional(instance(Relaxed))]
 
-# A spacing below this part of the mean lets very many yarns lie on each other.
-MIN_SPACING = 1.0 / 256.0
-
 _threads = optional(integer(1, 1024))
 
 # Yarns that are left less than this part of their width, or spacing, are hardly what was meant.
 NARROW = 0.5
-
-# A pitch below this part of a crossing would need very many segments: it is an error where a yarn
-# has it, and no yarn's that leaves its pitch open.
-MIN_PITCH = 0.125
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -128,27 +121,17 @@ class Fabric(Saved):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        _check_count("warp_spacing_mm", self.warp_spacing_mm, "ends", self.pattern.ends)
-        _check_count("weft_spacing_mm", self.weft_spacing_mm, "picks", self.pattern.picks)
-        _check_count("warp_colors", self.warp_colors, "ends", self.pattern.ends)
-        _check_count("weft_colors", self.weft_colors, "picks", self.pattern.picks)
-        _check_count("warp", self.warp, "ends", self.pattern.ends)
-        _check_count("weft", self.weft, "picks", self.pattern.picks)
-        _check_yarns("warp", self.warp, self.warp_spacing_mm, self.weft_spacing_mm)
-        _check_yarns("weft", self.weft, self.weft_spacing_mm, self.warp_spacing_mm)
+        check_count("warp_spacing_mm", self.warp_spacing_mm, "ends", self.pattern.ends)
+        check_count("weft_spacing_mm", self.weft_spacing_mm, "picks", self.pattern.picks)
+        check_count("warp_colors", self.warp_colors, "ends", self.pattern.ends)
+        check_count("weft_colors", self.weft_colors, "picks", self.pattern.picks)
+        check_count("warp", self.warp, "ends", self.pattern.ends)
+        check_count("weft", self.weft, "picks", self.pattern.picks)
+        check_yarns("warp", self.warp, self.warp_spacing_mm, self.weft_spacing_mm)
+        check_yarns("weft", self.weft, self.weft_spacing_mm, self.warp_spacing_mm)
         if self.heights is not None:
-            self._check_heights(self.heights)
-
-    def _check_heights(self, heights: Relaxed) -> None:
-        """See that heights are of this pattern and these spacings."""
-        heights.check_shape("Fabric.heights", self.pattern)
-        for name, spacing in (("warp", self.end_spacing), ("weft", self.pick_spacing)):
-            own = getattr(heights, f"{name}_spacing")
-            if not np.allclose(own, spacing / self.unit_mm, rtol=1e-6, atol=0.0):
-                raise ParameterError(
-                    f"Fabric.heights.{name}_spacing must be that of the fabric over its mean: these"
-                    " are the heights of another cloth"
-                )
+            spacings = self.end_spacing / self.unit_mm, self.pick_spacing / self.unit_mm
+            check_heights(self.heights, self.pattern, spacings)
 
     @classmethod
     def from_draft(
@@ -335,13 +318,13 @@ class Fabric(Saved):
         an eighth of the picks' spacing.
         """
         kinds = kinds_of(self.warp, self.pattern.ends)[0]
-        return tuple(_with_pitch(yarn, self.weft_spacing_mm) for yarn in kinds)
+        return tuple(with_pitch(yarn, self.weft_spacing_mm) for yarn in kinds)
 
     @property
     def weft_kinds(self) -> tuple[Yarn, ...]:
         """The same of the picks."""
         kinds = kinds_of(self.weft, self.pattern.picks)[0]
-        return tuple(_with_pitch(yarn, self.warp_spacing_mm) for yarn in kinds)
+        return tuple(with_pitch(yarn, self.warp_spacing_mm) for yarn in kinds)
 
     @property
     def end_kind(self) -> NDArray[np.uint32]:
@@ -397,62 +380,6 @@ def _part_left(
     return min(
         new[0] / min(kind.half_width, room) for kind, new in zip(kinds, measures, strict=True)
     )
-
-
-def _check_count(name: str, values: object, yarns: str, count: int) -> None:
-    if isinstance(values, np.ndarray | tuple) and len(values) != count:
-        what = "yarn" if isinstance(values, tuple) else "row"
-        raise ParameterError(
-            f"Fabric.{name} must have one {what} for each of the pattern's {count} {yarns},"
-            f" not {len(values)}"
-        )
-
-
-def _check_yarns(
-    name: str, yarns: Yarns, spacing: float | FloatArray, crossing: float | FloatArray
-) -> None:
-    mean = float(np.mean(spacing))
-    if np.min(spacing) < MIN_SPACING * mean:
-        raise ParameterError(
-            f"Fabric.{name}_spacing_mm must be at least 1/256 of its mean, {MIN_SPACING * mean:g},"
-            f" not {np.min(spacing):g}"
-        )
-    if not isinstance(yarns, Sequence):
-        _check_width(f"Fabric.{name}", yarns, mean)
-        _check_pitch(f"Fabric.{name}", yarns, crossing)
-        return
-    for yarn in kinds_of(yarns, len(yarns))[0]:
-        place = f"Fabric.{name}[{yarns.index(yarn)}]"
-        _check_width(place, yarn, mean)
-        _check_pitch(place, yarn, crossing)
-
-
-def _check_width(name: str, yarn: Yarn, mean: float) -> None:
-    if yarn.half_width > MAX_HALF_WIDTH * mean:
-        raise ParameterError(
-            f"{name} must have a radius (or half width) of at most {MAX_HALF_WIDTH:g}"
-            f" spacings, {MAX_HALF_WIDTH * mean:g} mm, not {yarn.half_width:g} mm:"
-            " a wider yarn would pass through its second neighbours"
-        )
-
-
-def _check_pitch(name: str, yarn: Yarn, crossing: float | FloatArray) -> None:
-    least = MIN_PITCH * float(np.mean(crossing))
-    if not isinstance(yarn, RoundYarn) or yarn.plies == 1 or yarn.pitch_mm is None:
-        return
-    if abs(yarn.pitch) < least:
-        raise ParameterError(
-            f"{name} must have a pitch of at least {MIN_PITCH:g} of the crossing yarns'"
-            f" spacing, {least:g} mm, not {abs(yarn.pitch):g} mm"
-        )
-
-
-def _with_pitch(yarn: Yarn, crossing: float | FloatArray) -> Yarn:
-    """Return the yarn, with a pitch if it leaves that open and is thin where others are far."""
-    least = MIN_PITCH * float(np.mean(crossing))
-    if isinstance(yarn, RoundYarn) and yarn.pitch_mm is None and yarn.pitch < least:
-        return replace(yarn, pitch_mm=least)
-    return yarn
 
 
 def _number_if_even(spacing: FloatArray) -> float | FloatArray:

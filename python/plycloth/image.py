@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from plycloth._check import quoted
+from plycloth._check import real_array
 from plycloth._image_values import ImageValues
 from plycloth.image_file import WRITABLE, PathOrStr, checked_suffix
 from plycloth.image_write import encode_file
@@ -195,12 +195,6 @@ class Image(ImageValues):
 
 
 def _owned(name: str, values: npt.ArrayLike) -> npt.NDArray[np.float32]:
-    try:
-        given = np.asarray(values)
-    except ValueError:
-        raise ValueError(f"{name}: must be an array, but its rows differ in length") from None
-    if given.dtype.kind not in "bfiu":
-        raise TypeError(f"{name}: must hold real numbers, not {quoted(values)}")
-    array = np.array(given, dtype=np.float32, order="C")
+    array = np.array(real_array(name, values, kinds="bfiu"), dtype=np.float32, order="C")
     array.flags.writeable = False
     return array

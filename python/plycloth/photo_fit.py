@@ -22,7 +22,7 @@ from plycloth.photo_exposure import GreyCard
 from plycloth.photo_geometry import COVERS, Geometry
 from plycloth.photo_input import Photograph, read_photographs
 from plycloth.photo_placement import Placement
-from plycloth.photo_search import Candidate, Search, Trial, plan, unbiased_error
+from plycloth.photo_search import Candidate, Search, Trial, estimated_error, plan
 from plycloth.photo_task import Known, make_task
 from plycloth.progress import Progress, reporting
 from plycloth.render import render
@@ -98,7 +98,7 @@ class PhotoFit:
 
         Those of the `result` have no noise in them, but may come out as 0 if there was much.
         """
-        return [unbiased_error(match) for match in self.result.matches]
+        return [estimated_error(match) for match in self.result.matches]
 
     def scene(self, side: str) -> Scene:
         """Return the rig's scene with the fitted fabric, lit from "front" or "back"."""

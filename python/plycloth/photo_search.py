@@ -156,7 +156,7 @@ def ranked(trials: Sequence[Trial]) -> list[Trial]:
     return list(best.values())
 
 
-def unbiased_error(match: Match) -> float:
+def estimated_error(match: Match) -> float:
     """Estimate a picture's error; where there is more noise than error, half the noise's square.
 
     Else a geometry could win by noise that makes its squared error negative.
@@ -333,7 +333,9 @@ class Search:
                 self._predict(result, side, placements[side], JUDGING_CELLS, paths, seed)
                 for seed in (self.seed + JUDGING_SEED, self.seed + JUDGING_SEED + 1)
             )
-            errors.append(unbiased_error(Match(cell_averages(image, JUDGING_CELLS), first, second)))
+            errors.append(
+                estimated_error(Match(cell_averages(image, JUDGING_CELLS), first, second))
+            )
         return errors
 
     def _predict(

@@ -71,8 +71,8 @@ class Relaxed(Description):
     warp_spacing: Annotated[FloatArray, _spacings]
     weft_spacing: Annotated[FloatArray, _spacings]
 
-    def check_shape(self, name: str, pattern: WeavePattern) -> None:
-        """Raise an error if the curves are not those of a pattern."""
+    def check_pattern(self, name: str, pattern: WeavePattern) -> None:
+        """Raise an error that speaks of `name` if the curves are not those of a pattern."""
         ends, picks = pattern.ends, pattern.picks
         for field, shape in (
             ("warp_height", (ends, 2 * picks)),
@@ -156,9 +156,9 @@ def relax(
 
     Time grows with the crossings of yarns that hold each other, and where these float far it grows
     faster: cloth of mostly floats, 600 yarns wide and high, takes from some seconds to minutes.
-    Threads that interlace with nothing cost next to nothing. So do stiffnesses that differ by more
-    than a factor of 100 from yarn to yarn make it slow. The memory is
-    about 100 bytes for each crossing, 64 of them the result.
+    Stiffnesses that differ by more than a factor of 100 from yarn to yarn make it slow, too.
+    Threads that interlace with nothing cost next to nothing. The memory is about 100 bytes for
+    each crossing, 64 of them the result.
 
     Parameters
     ----------
