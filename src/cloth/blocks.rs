@@ -3,13 +3,13 @@
 
 use std::cell::RefCell;
 use std::collections::HashMap;
-use std::hash::{DefaultHasher, Hash, Hasher};
 use std::ops::Deref;
 use std::rc::Rc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, OnceLock};
 
 use super::block::{Block, Tally};
+use super::digest::digest;
 use super::layout::{Layout, Placed};
 use crate::accel::bvh::Effort;
 use crate::error::Result;
@@ -164,14 +164,4 @@ impl Blocks {
     fn placed(&self, index: usize) -> Placed {
         self.layout.block([index % self.columns, index / self.columns])
     }
-}
-
-/// 128 bits that stand for a key: no two of the keys that fit in memory are likely to share them.
-fn digest(key: &[i64]) -> u128 {
-    let [high, low] = [0, 1].map(|half: u64| {
-        let mut hasher = DefaultHasher::new();
-        (half, key).hash(&mut hasher);
-        u128::from(hasher.finish())
-    });
-    high << 64 | low
 }

@@ -4,6 +4,7 @@ pub mod block;
 mod blocks;
 mod center_line;
 pub mod clearance;
+pub mod digest;
 pub mod fitting;
 pub mod grid;
 pub mod inside;

@@ -2,11 +2,10 @@
 //! scenes with other optics, lights, cameras or sizes share.
 
 use std::collections::HashMap;
-use std::hash::{DefaultHasher, Hash, Hasher};
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 
 use super::layout::Layout;
-use super::spec::{ClothSpec, YarnShape, YarnSpec};
+use super::spec::ClothSpec;
 use super::swatch::Swatch;
 use super::tile::Tile;
 use crate::control::Control;
@@ -126,42 +125,4 @@ fn reordered(count: usize, value: impl Fn(usize) -> f64) -> Result<Vec<f64>> {
     let mut indices = 0..count;
     let next = || value(indices.next().expect("as many as there are"));
     memory::table("copying the heights of a cloth", count, next)
-}
-
-impl ClothSpec {
-    /// 128 bits that stand for the cloth: two that differ are not likely to share them.
-    pub fn digest(&self) -> u128 {
-        let [high, low] = [0u8, 1].map(|half| {
-            let mut hasher = DefaultHasher::new();
-            half.hash(&mut hasher);
-            (self.pattern.ends, &self.pattern.warp_up).hash(&mut hasher);
-            self.collision_stiffness.to_bits().hash(&mut hasher);
-            for yarns in [&self.warp, &self.weft] {
-                hash_yarns(yarns, &mut hasher);
-            }
-            u128::from(hasher.finish())
-        });
-        high << 64 | low
-    }
-}
-
-fn hash_yarns(yarns: &YarnSpec, hasher: &mut DefaultHasher) {
-    yarns.kind_of.hash(hasher);
-    for spacing in &yarns.spacing {
-        spacing.to_bits().hash(hasher);
-    }
-    for kind in &yarns.kinds {
-        kind.stiffness.to_bits().hash(hasher);
-        hash_shape(&kind.shape, hasher);
-    }
-}
-
-fn hash_shape(shape: &YarnShape, hasher: &mut DefaultHasher) {
-    let bits = |values: &[f64]| values.iter().map(|value| value.to_bits()).collect::<Vec<_>>();
-    match *shape {
-        YarnShape::Round { radius, thickness, collision, plies, ply_radius, pitch } => {
-            (plies, bits(&[radius, thickness, collision, ply_radius, pitch])).hash(hasher);
-        }
-        YarnShape::Flat { width, thickness } => (0_usize, bits(&[width, thickness])).hash(hasher),
-    }
 }

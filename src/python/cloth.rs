@@ -1,7 +1,5 @@
 //! Relaxed cloth, where its yarns overlap, and shapes with which they do not.
 
-use std::hash::{DefaultHasher, Hash, Hasher};
-
 use numpy::ndarray::Array2;
 use numpy::{IntoPyArray, PyArray2, PyReadonlyArray2};
 use pyo3::prelude::*;
@@ -10,9 +8,9 @@ use super::describe::FabricDescription;
 use super::gate;
 use super::weave::{CurveArrays, curve_arrays};
 use crate::cloth::clearance::Woven;
-use crate::cloth::fitting;
 use crate::cloth::relaxed_cloth::{Curves, RelaxedCloth};
 use crate::cloth::spec::YarnShape;
+use crate::cloth::{digest, fitting};
 use crate::memory;
 
 /// A relaxed cloth, which scenes may share.
@@ -81,13 +79,8 @@ impl CompiledCloth {
 /// A number that fabrics share whose cloth is the same: optics and colours do not matter.
 #[pyfunction]
 pub fn cloth_digest(fabric: &Bound<'_, PyAny>) -> PyResult<u128> {
-    let digest = fabric.extract::<FabricDescription<'_>>()?.cloth()?.digest();
-    let Some(heights) = known_heights(fabric)? else { return Ok(digest) };
-    let mut hasher = DefaultHasher::new();
-    for value in heights.iter().flatten().flatten() {
-        value.to_bits().hash(&mut hasher);
-    }
-    Ok(digest ^ u128::from(hasher.finish()))
+    let spec = fabric.extract::<FabricDescription<'_>>()?.cloth()?;
+    Ok(digest::cloth_digest(&spec, known_heights(fabric)?.as_ref()))
 }
 
 /// The heights of warp and weft that a fabric has, in the pattern's order.

@@ -77,19 +77,20 @@ impl CompiledScene {
         max_depth: Option<u32>,
         threads: Option<usize>,
     ) -> PyResult<Bound<'py, PyArray3<f64>>> {
-        let cells = Cells {
-            camera: self.camera,
-            grid,
-            paths,
-            seed,
-            limits: limits(max_depth, true, LOBE_FLOOR),
-        }
-        .checked()?;
+        let cells = self.cells(grid, paths, seed, max_depth).checked()?;
         let averages =
             gate::run(py, threads, None, |control| cells.averages(&self.scene, control))?;
         let values = averages.iter().flat_map(Rgb::to_array).collect();
         let array = Array3::from_shape_vec((grid[1], grid[0], 3), values);
         Ok(array.expect("there is an average for each cell").into_pyarray(py))
+    }
+}
+
+impl CompiledScene {
+    /// Paths that may be evaluated for other parameters.
+    fn cells(&self, grid: [usize; 2], paths: u32, seed: u64, max_depth: Option<u32>) -> Cells {
+        let limits = limits(max_depth, true, LOBE_FLOOR);
+        Cells { camera: self.camera, grid, paths, seed, limits }
     }
 }
 
@@ -198,13 +199,7 @@ impl CompiledTape {
         threads: Option<usize>,
         progress: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
-        let cells = Cells {
-            camera: scene.camera,
-            grid,
-            paths,
-            seed,
-            limits: limits(max_depth, true, LOBE_FLOOR),
-        };
+        let cells = scene.cells(grid, paths, seed, max_depth);
         let tape =
             gate::run(py, threads, progress, |control| Tape::record(&scene.scene, cells, control))?;
         Ok(Self(tape))
